@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 namespace osteomill {
 namespace {
@@ -15,6 +16,15 @@ std::string join(const std::vector<Fault>& faults) {
     text += describe(fault);
   }
   return text;
+}
+
+std::vector<Fault> each_once(std::vector<Fault> faults) {
+  std::vector<Fault> kept;
+  std::set<std::string> seen;
+  for (Fault& fault : faults) {
+    if (seen.insert(describe(fault)).second) kept.push_back(std::move(fault));
+  }
+  return kept;
 }
 
 std::string with_unit(double value, const char* unit) {
@@ -36,7 +46,7 @@ std::string describe(const Fault& fault) {
 InvalidInput::InvalidInput(Fault fault) : InvalidInput(std::vector<Fault>{std::move(fault)}) {}
 
 InvalidInput::InvalidInput(std::vector<Fault> faults)
-    : std::runtime_error(join(faults)), faults_(std::move(faults)) {}
+    : std::runtime_error(join(faults = each_once(std::move(faults)))), faults_(std::move(faults)) {}
 
 double require_finite(const char* field, double value, const char* unit) {
   if (!std::isfinite(value)) {

@@ -19,12 +19,36 @@ struct Fault {
 /// "case.toml:12: cut.feed_rate_mm_per_min = -3: must be > 0; ...", one line a fault.
 std::string describe(const Fault& fault);
 
-/// Bad input: usage, case file, data file. Carries all the faults that were found. Exit status 2.
+/// Bad input: usage, case file, data file. Carries all the faults that were found, each once.
+/// Exit status 2.
 class InvalidInput : public std::runtime_error {
  public:
   explicit InvalidInput(Fault fault);
   explicit InvalidInput(std::vector<Fault> faults);
   const std::vector<Fault>& faults() const { return faults_; }
+
+ private:
+  std::vector<Fault> faults_;
+};
+
+/// Gathers the faults of several steps, so that all are reported at once.
+class FaultList {
+ public:
+  /// Runs a step; keeps the faults of its InvalidInput. Returns whether there was none.
+  template <class Step>
+  bool gather(Step&& step) {
+    try {
+      step();
+      return true;
+    } catch (const InvalidInput& error) {
+      faults_.insert(faults_.end(), error.faults().begin(), error.faults().end());
+      return false;
+    }
+  }
+  /// Throws InvalidInput when there is a fault.
+  void raise() const {
+    if (!faults_.empty()) throw InvalidInput(faults_);
+  }
 
  private:
   std::vector<Fault> faults_;
