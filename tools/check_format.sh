@@ -2,4 +2,4 @@
 # Every C++ file is as clang-format leaves it; `./run format` mends.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-find src apps bench examples -name '*.cpp' -o -name '*.hpp' | xargs clang-format-19 --dry-run -Werror
+tools/cpp_files.sh | xargs clang-format-19 --dry-run -Werror
