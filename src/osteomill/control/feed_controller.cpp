@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/control/feed_controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::control {
+namespace {
+
+struct Proposal {
+  double feed = 0.0;
+  Mode mode = Mode::constant;
+  SugitaState sugita;
+};
+
+Proposal propose(const FeedController& controller, const ControllerState& state,
+                 const Observation& seen) noexcept {
+  if (const SugitaLoop* loop = std::get_if<SugitaLoop>(&controller.law)) {
+    const SugitaStep next = step(*loop, state.sugita, state.feed, seen.mean_force);
+    return {next.feed, Mode::adaptive, next.state};
+  }
+  const ConstantFeed* constant = std::get_if<ConstantFeed>(&controller.law);
+  return {constant->feed.value_or(seen.programmed_feed), Mode::constant, state.sugita};
+}
+
+}  // namespace
+
+const char* name(Mode mode) {
+  switch (mode) {
+    case Mode::constant:
+      return "constant";
+    case Mode::adaptive:
+      return "adaptive";
+    case Mode::predictive:
+      return "predictive";
+    case Mode::stopped:
+      break;
+  }
+  return "stopped";
+}
+
+void check(const FeedController& controller) {
+  const FeedLimits& limits = controller.limits;
+  require_positive("limits.max_feed_mm_per_s", limits.highest / units::mm_per_s, "mm/s");
+  require_within("limits.min_feed_mm_per_s", limits.lowest / units::mm_per_s, 0.0,
+                 limits.highest / units::mm_per_s, "mm/s");
+  require_positive("controller.period_ms", controller.period / units::ms, "ms");
+  if (!(limits.acceleration > 0.0)) {
+    throw InvalidInput(Fault{"limits.max_acceleration_mm_per_s2", "", "must be > 0", ""});
+  }
+  if (const SugitaLoop* loop = std::get_if<SugitaLoop>(&controller.law)) check(*loop);
+  if (const ConstantFeed* constant = std::get_if<ConstantFeed>(&controller.law)) {
+    if (constant->feed) {
+      require_positive("controller.feed_mm_per_s", *constant->feed / units::mm_per_s, "mm/s");
+    }
+  }
+  if (controller.predictive) {
+    const PredictiveMode& mode = *controller.predictive;
+    require_positive("controller.entry_feed_mm_per_s", mode.entry_feed / units::mm_per_s, "mm/s");
+    require_non_negative("controller.entry_lead_mm", mode.lead / units::mm, "mm");
+    require_non_negative("controller.entry_hold_mm", mode.hold / units::mm, "mm");
+    require_non_negative("controller.entry_uncertainty_mm", mode.uncertainty / units::mm, "mm");
+  }
+}
+
+double entry_limit(const PredictiveMode& mode, double to_contact) noexcept {
+  const bool inside =
+      to_contact <= mode.lead + mode.uncertainty && to_contact >= -(mode.hold + mode.uncertainty);
+  return inside ? mode.entry_feed : std::numeric_limits<double>::infinity();
+}
+
+ControlStep step(const FeedController& controller, const ControllerState& state,
+                 const Observation& seen) noexcept {
+  const Proposal proposal = propose(controller, state, seen);
+  const FeedLimits& limits = controller.limits;
+  ControlStep next{state, {proposal.feed, proposal.mode, proposal.feed >= limits.highest}};
+  double& feed = next.command.feed;
+
+  feed = std::clamp(feed, limits.lowest, limits.highest);
+  if (controller.predictive) {
+    const double entry = entry_limit(*controller.predictive, seen.to_contact);
+    if (entry < feed) next.command = {entry, Mode::predictive, false};
+  }
+  const double largest_change = limits.acceleration * controller.period;
+  feed = std::clamp(feed, state.feed - largest_change, state.feed + largest_change);
+
+  // to_contact may be infinite, so only NaN counts against it.
+  if (!std::isfinite(feed) || !std::isfinite(seen.mean_force) || std::isnan(seen.to_contact)) {
+    next.command = {0.0, Mode::stopped, false};
+    next.state.feed = 0.0;
+    return next;
+  }
+  next.state.sugita = proposal.sugita;
+  next.state.feed = feed;
+  return next;
+}
+
+}  // namespace osteomill::control
