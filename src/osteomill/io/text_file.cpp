@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/io/text_file.hpp"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/io/pending_file.hpp"
 
 namespace osteomill::io {
 
@@ -26,18 +25,15 @@ std::string read_text_file(const std::filesystem::path& file) {
 }
 
 void write_text_file(const std::filesystem::path& file, std::string_view text) {
-  const std::filesystem::path temporary = file.string() + ".part" + std::to_string(::getpid());
-  std::ofstream stream(temporary, std::ios::binary);
+  PendingFile pending(file);
+  std::ofstream stream(pending.path(), std::ios::binary);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
-  std::error_code failed;
-  if (stream) std::filesystem::rename(temporary, file, failed);
-  if (!stream || failed) {
-    const std::string reason = failed ? failed.message() : std::strerror(errno);
-    std::filesystem::remove(temporary, failed);
-    throw WorldError(file.string() + ": cannot be written: " + reason +
+  if (!stream) {
+    throw WorldError(file.string() + ": cannot be written: " + std::strerror(errno) +
                      "; check the rights and the space on the disk");
   }
+  pending.commit();
 }
 
 }  // namespace osteomill::io
