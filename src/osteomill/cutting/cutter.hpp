@@ -36,4 +36,20 @@ double axial_position_angle(const Cutter& cutter, double z);
 /// constant lead: (1 - cos kappa) tan(helix) = z tan(helix)/R as well; [tian2023] eq. 4.
 double lag_angle(const Cutter& cutter, double z);
 
+/// What a point of the envelope needs for forces, by height.
+struct ProfilePoint {
+  double z = 0.0;            ///< height above the tip, m
+  double radius = 0.0;       ///< m
+  double kappa = 0.0;        ///< axial position angle, rad
+  double lag = 0.0;          ///< of an edge, rad
+  double inclination = 0.0;  ///< of an edge against the meridian, rad
+  double stretch = 1.0;      ///< length of edge over length of meridian; [tian2023] eq. 3
+};
+
+/// Length of the meridian (the line of equal angle on the envelope) from the tip to height z, m.
+double meridian_length(const Cutter& cutter, double z);
+
+/// The point at a length along the meridian from the tip.
+ProfilePoint profile_at(const Cutter& cutter, double meridian_length);
+
 }  // namespace osteomill::cutting

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/cutting/cutting_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::cutting {
+namespace {
+
+double component(const CuttingLaw& law, const DirectionalLaw& one, const Chip& chip, double cosine,
+                 const EdgePlace& place) {
+  const double along = force_per_width(one.at_0, chip, place);
+  if (!one.at_90 || law.orientation == OrientationCriterion::none) return along;
+  return hankinson(along, force_per_width(*one.at_90, chip, place), cosine,
+                   law.orientation_exponent);
+}
+
+template <class Visitor>
+void for_each_law(const CuttingLaw& law, Visitor visit) {
+  const auto both = [&](const DirectionalLaw& one, const std::string& name) {
+    visit(one.at_0, name + (one.at_90 ? ".at_0_deg" : ".any_deg"));
+    if (one.at_90) visit(*one.at_90, name + ".at_90_deg");
+  };
+  both(law.tangential, "bone.tangential");
+  both(law.radial, "bone.radial");
+  if (law.lateral) both(*law.lateral, "bone.lateral");
+}
+
+}  // namespace
+
+double hankinson(double along, double across, double cosine, double exponent) {
+  double cos_n = cosine * cosine;
+  double sin_n = std::max(0.0, 1.0 - cos_n);
+  if (exponent != 2.0) {
+    cos_n = std::pow(cos_n, 0.5 * exponent);
+    sin_n = std::pow(sin_n, 0.5 * exponent);
+  }
+  const double mix = along * sin_n + across * cos_n;
+  return mix > 0.0 ? along * across / mix : 0.0;
+}
+
+EdgeComponents components(const CuttingLaw& law, const Chip& chip, double cosine,
+                          const EdgePlace& place, double inclination) {
+  EdgeComponents force;
+  force.tangential = component(law, law.tangential, chip, cosine, place);
+  force.radial = component(law, law.radial, chip, cosine, place);
+  if (law.lateral) {
+    const double scale =
+        law.lateral_inclination == 0.0 ? 1.0 : inclination / law.lateral_inclination;
+    force.lateral = scale * component(law, *law.lateral, chip, cosine, place);
+  }
+  return force;
+}
+
+void check(const CuttingLaw& law) {
+  for_each_law(law, [](const EdgeForce& one, const std::string& name) { check(one, name); });
+  require_within("bone.orientation_exponent", law.orientation_exponent, 0.5, 6.0, "");
+  require_within("bone.lateral.inclination_deg", law.lateral_inclination / units::deg, -75.0, 75.0,
+                 "deg");
+}
+
+ChipRange range_of(const CuttingLaw& law) {
+  ChipRange all;
+  for_each_law(law, [&](const EdgeForce& one, const std::string&) {
+    all.low = std::max(all.low, range_of(one).low);
+    all.high = std::min(all.high, range_of(one).high);
+  });
+  return all;
+}
+
+}  // namespace osteomill::cutting

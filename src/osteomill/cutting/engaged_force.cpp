@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/cutting/engaged_force.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::cutting {
+namespace {
+
+using geometry::Vector3;
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+}  // namespace
+
+EngagedForce::EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angles, int slices,
+                           double slice_height)
+    : cutter_(cutter), law_(law), angles_(angles), slices_(slices), slice_height_(slice_height) {
+  require_within("engagement.angles", angles, 4.0, 1e5, "");
+  require_within("engagement.slices", slices, 1.0, 1e5, "");
+  require_positive("engagement.slice_height_mm", slice_height / units::mm, "mm");
+  for (int slice = 0; slice < slices; ++slice) {
+    const double from = meridian_length(cutter, slice * slice_height);
+    const double to = meridian_length(cutter, (slice + 1) * slice_height);
+    // Near the tip of a ball one slice spans many degrees of kappa: parts of at most 5 degrees.
+    const double turn = profile_at(cutter, to).kappa - profile_at(cutter, from).kappa;
+    const int parts = std::max(1, static_cast<int>(std::ceil(turn / (5.0 * units::deg))));
+    for (int part = 0; part < parts; ++part) {
+      const ProfilePoint point = profile_at(cutter, from + (to - from) * (part + 0.5) / parts);
+      if (strips_.empty() || strips_.back().point.kappa != point.kappa ||
+          strips_.back().point.radius != point.radius) {
+        ++rows_;
+      }
+      strips_.push_back({point, (to - from) / parts, slice, rows_ - 1});
+    }
+  }
+  for (int angle = 0; angle < angles; ++angle) {
+    motions_.push_back(motion(kTurn * (angle + 0.5) / angles));
+  }
+}
+
+void EngagedForce::require_grid(const Engagement& engagement) const {
+  if (engagement.angles != angles_ || engagement.slices != slices_ ||
+      engagement.slice_height != slice_height_) {
+    throw InvalidInput(Fault{"engagement",
+                             std::to_string(engagement.angles) + " angles x " +
+                                 std::to_string(engagement.slices) + " slices",
+                             "must have the grid that the force model was made for",
+                             "make an EngagedForce for each grid"});
+  }
+}
+
+Load EngagedForce::mean(const Engagement& engagement, const Condition& condition) const {
+  require_grid(engagement);
+  const auto angles = static_cast<std::size_t>(angles_);
+  const double share = cutter_.flutes / static_cast<double>(angles_);
+  // Width of cut in bone, and its moment about the tip, by row and angle.
+  std::vector<double> width(angles);
+  std::vector<double> width_z(angles);
+  const Vector3 feed = feed_direction(condition);
+  Load mean;
+  for (auto strip = strips_.begin(); strip != strips_.end();) {
+    const ProfilePoint& row = strip->point;
+    width.assign(angles, 0.0);
+    width_z.assign(angles, 0.0);
+    const int this_row = strip->row;
+    for (; strip != strips_.end() && strip->row == this_row; ++strip) {
+      const double* weights = &engagement.weights[static_cast<std::size_t>(strip->slice) * angles];
+      const double w = strip->width;
+      const double wz = w * strip->point.z;
+      for (std::size_t a = 0; a < angles; ++a) {
+        width[a] += weights[a] * w;
+        width_z[a] += weights[a] * wz;
+      }
+    }
+    const double sin_kappa = std::sin(row.kappa);
+    const double cos_kappa = std::cos(row.kappa);
+    for (std::size_t a = 0; a < angles; ++a) {
+      if (!(width[a] > 0.0)) continue;
+      const Vector3& t = motions_[a];
+      const Vector3 n(-sin_kappa * t.y(), sin_kappa * t.x(), -cos_kappa);
+      const Vector3 f =
+          share * edge_force(law_, condition.feed_per_tooth * std::max(0.0, n.dot(feed)),
+                             condition.fibre_T, t, n, row);
+      const Vector3 force = width[a] * f;
+      const double x = -row.radius * t.y();
+      const double y = row.radius * t.x();
+      mean.force += force;
+      mean.moment += Vector3(y * force.z() - width_z[a] * f.y(), width_z[a] * f.x() - x * force.z(),
+                             x * force.y() - y * force.x());
+    }
+  }
+  return mean;
+}
+
+Revolution EngagedForce::revolution(const Engagement& engagement, const Condition& condition,
+                                    int steps) const {
+  require_grid(engagement);
+  Revolution result;
+  for (int step = 0; step < steps; ++step) {
+    const double angle = kTurn * step / steps;
+    Load load;
+    for (int flute = 0; flute < cutter_.flutes; ++flute) {
+      for (const Strip& here : strips_) {
+        double theta = angle - kTurn * flute / cutter_.flutes - here.point.lag;
+        theta -= kTurn * std::floor(theta / kTurn);
+        const int patch = std::min(angles_ - 1, static_cast<int>(theta / kTurn * angles_));
+        const double weight = engagement.at(here.slice, patch);
+        if (!(weight > 0.0)) continue;
+        const Vector3 force = weight * here.width * edge_force(law_, condition, theta, here.point);
+        const Vector3 place(here.point.radius * std::sin(theta),
+                            here.point.radius * std::cos(theta), here.point.z);
+        load.force += force;
+        load.moment += place.cross(force);
+      }
+    }
+    result.angle.push_back(angle);
+    result.loads.push_back(load);
+  }
+  return result;
+}
+
+}  // namespace osteomill::cutting

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "osteomill/cutting/engagement.hpp"
+#include "osteomill/cutting/milling_force.hpp"
+
+namespace osteomill::cutting {
+
+/// Forces where the stock says what is cut (Engagement) rather than a nominal immersion.
+///
+/// What depends on the cutter and on the grid of the map only is worked out once; a mean is then
+/// one pass over the patches in bone, and slices of equal profile (a cylinder) are passed as one.
+/// The force is proportional to a patch's weight. Each patch stands for its middle: the error is of
+/// second order in the patch.
+class EngagedForce {
+ public:
+  EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angles, int slices,
+               double slice_height);
+
+  /// Mean load over a revolution. The map must have the grid of the constructor.
+  Load mean(const Engagement& engagement, const Condition& condition) const;
+
+  /// Instantaneous loads over a revolution.
+  Revolution revolution(const Engagement& engagement, const Condition& condition,
+                        int steps = 360) const;
+
+ private:
+  struct Strip {
+    ProfilePoint point;  ///< at the middle of the strip's meridian
+    double width = 0.0;  ///< of cut: length of meridian, m
+    int slice = 0;       ///< of the map
+    int row = 0;         ///< neighbours of one row have the same radius and kappa
+  };
+  void require_grid(const Engagement& engagement) const;
+
+  Cutter cutter_;
+  CuttingLaw law_;
+  int angles_;
+  int slices_;
+  double slice_height_;
+  std::vector<Strip> strips_;
+  int rows_ = 0;
+  std::vector<geometry::Vector3> motions_;  ///< one an angle
+};
+
+}  // namespace osteomill::cutting

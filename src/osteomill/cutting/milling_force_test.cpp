@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/cutting/milling_force.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/cutting/engaged_force.hpp"
+
+namespace osteomill::cutting {
+namespace {
+
+using geometry::Vector3;
+constexpr double kPi = std::numbers::pi;
+
+/// The log laws reconstructed from [plaskos2006] tables 3.4 (tool C) and 3.5.
+CuttingLaw bovine() {
+  CuttingLaw law;
+  law.tangential = {LogLaw{0.42083, 0.58122, -0.06584}, LogLaw{0.27242, 0.66537, -0.08710}};
+  law.radial = {LogLaw{0.62379, 0.43160, -0.20553}, LogLaw{0.64731, 0.17764, -0.06681}};
+  law.lateral = DirectionalLaw{LogLaw{-0.19495, 0.61971, -0.07352}, {}};
+  return law;
+}
+
+CuttingLaw linear(double inclination = 0.0) {
+  CuttingLaw law;
+  law.tangential = {LinearLaw{200e6, 3e3}, {}};
+  law.radial = {LinearLaw{90e6, 5e3}, {}};
+  law.lateral = DirectionalLaw{LinearLaw{40e6, 1e3}, {}};
+  law.lateral_inclination = inclination;
+  return law;
+}
+
+Cutter plaskos(int flutes, double helix_deg = 30.0) {
+  return {CutterShape::cylindrical, 3.175e-3,          flutes,
+          helix_deg * units::deg,   10.0 * units::deg, 25e-3};
+}
+
+Cutter ball(int flutes = 2) {
+  return {CutterShape::ball, 4e-3, flutes, 30.0 * units::deg, 0.0, 20e-3};
+}
+
+Condition at(double feed_um, double elevation_deg = 0.0, double fibre_deg = 0.0) {
+  return {5000.0 * units::rpm, feed_um * units::um, elevation_deg * units::deg,
+          fibre_at_angle(fibre_deg * units::deg)};
+}
+
+Vector3 mean_of(const Revolution& revolution) {
+  Vector3 sum = Vector3::Zero();
+  for (const Load& load : revolution.loads) sum += load.force;
+  return sum / static_cast<double>(revolution.loads.size());
+}
+
+TEST(MillingForce, ReproducesThePredictedMeansOfPlaskos2006Table35) {
+  const Immersion slot{ImmersionKind::slot, 0.0, 8e-3};
+  const double printed[][5] = {// flutes, c in um, Fx, Fy, Fz in N; the printed 38.28 is 38.2
+                               {2, 1, -19.9, 8.8, -3.6},     {2, 2, -23.8, 13.7, -5.7},
+                               {2, 7, -29.3, 27.9, -11.3},   {2, 13, -30.9, 38.0, -15.5},
+                               {4, 0.5, -32.1, 11.0, -4.6},  {4, 1, -39.9, 17.7, -7.3},
+                               {4, 3.5, -53.1, 38.2, -15.6}, {4, 6.5, -58.2, 53.7, -21.9}};
+  for (const auto& row : printed) {
+    const Load load = mean_load(plaskos(static_cast<int>(row[0])), bovine(), at(row[1]), slot);
+    // 1 % and half of the last printed digit.
+    EXPECT_NEAR(load.force.x(), row[2], 0.01 * std::abs(row[2]) + 0.05) << row[0] << " " << row[1];
+    EXPECT_NEAR(load.force.y(), row[3], 0.01 * std::abs(row[3]) + 0.05) << row[0] << " " << row[1];
+    EXPECT_NEAR(load.force.z(), row[4], 0.01 * std::abs(row[4]) + 0.05) << row[0] << " " << row[1];
+  }
+}
+
+TEST(MillingForce, ReproducesThePredictedMeansOfPlaskos2006Table34ToolC) {
+  const Immersion half{ImmersionKind::down, 3.175e-3, 8.8e-3};
+  const double printed[][4] = {{1, -14.2, 25.9, -4.1},
+                               {13, -0.2, 74.6, -17.1},
+                               {25, 11.7, 91.2, -23.1},
+                               {50, 28.4, 109.6, -30.9}};
+  for (const auto& row : printed) {
+    const Load load = mean_load(plaskos(4), bovine(), at(row[0]), half);
+    EXPECT_NEAR(load.force.x(), row[1], 0.01 * std::abs(row[1]) + 0.15) << row[0];
+    EXPECT_NEAR(load.force.y(), row[2], 0.01 * std::abs(row[2]) + 0.05) << row[0];
+    EXPECT_NEAR(load.force.z(), row[3], 0.01 * std::abs(row[3]) + 0.05) << row[0];
+  }
+}
+
+TEST(MillingForce, OfALinearLawInASlotIsThePublishedSixCoefficientFormula) {
+  const Cutter cutter = plaskos(3, 25.0);
+  const double c = 20e-6;
+  const double a = 5e-3;
+  const Load load = mean_load(cutter, linear(), at(20.0), {ImmersionKind::slot, 0.0, a});
+  // Means of sin² and sin over a half turn; three flutes.
+  const Vector3 expected(-3.0 * a * (90e6 * c / 4.0 + 5e3 / kPi),
+                         3.0 * a * (200e6 * c / 4.0 + 3e3 / kPi),
+                         -3.0 * a * (40e6 * c / kPi + 1e3 / 2.0));
+  EXPECT_LT((load.force - expected).norm(), 1e-9 * expected.norm());
+  EXPECT_NEAR(load.torque(), 3.0 * a * 3.175e-3 * (200e6 * c / kPi + 3e3 / 2.0),
+              1e-9 * load.torque());
+}
+
+TEST(MillingForce, OfFourOrMoreEvenStraightFlutesInASlotIsConstantForAShearLaw) {
+  CuttingLaw law;
+  law.tangential = {LinearLaw{200e6, 0.0}, {}};
+  law.radial = {LinearLaw{90e6, 0.0}, {}};
+  const auto ripple = [&](int flutes) {
+    const Revolution turn =
+        revolution(plaskos(flutes, 0.0), law, at(20.0), {ImmersionKind::slot, 0.0, 5e-3}, 72);
+    double largest = 0.0;
+    for (const Load& load : turn.loads) {
+      largest = std::max(largest, (load.force - turn.loads[0].force).norm());
+    }
+    return largest / turn.loads[0].force.norm();
+  };
+  // Rounding only. Over half a turn sin² has the harmonics 0, 2 and all odd ones; equal flutes
+  // leave the multiples of their number, so an odd number ripples.
+  for (const int flutes : {4, 6, 8}) EXPECT_LT(ripple(flutes), 1e-9) << flutes;
+  for (const int flutes : {2, 3, 5}) EXPECT_GT(ripple(flutes), 1e-2) << flutes;
+}
+
+TEST(MillingForce, InstantaneousAveragesToTheMean) {
+  for (const Cutter& cutter : {plaskos(2), plaskos(4), plaskos(2, -20.0), ball()}) {
+    for (const double elevation : {0.0, -20.0, 15.0}) {
+      for (const ImmersionKind kind :
+           {ImmersionKind::slot, ImmersionKind::up, ImmersionKind::down}) {
+        const Immersion cut{kind, 1.3e-3, 5e-3};
+        const Load mean = mean_load(cutter, bovine(), at(8.0, elevation, 30.0), cut);
+        const Vector3 average =
+            mean_of(revolution(cutter, bovine(), at(8.0, elevation, 30.0), cut, 720));
+        // 720 steps of a periodic function with kinks: second order, (2 pi/720)² of the peak; the
+        // peak is a few times the mean.
+        EXPECT_LT((average - mean.force).norm(), 1e-3 * mean.force.norm())
+            << elevation << " " << static_cast<int>(kind);
+      }
+    }
+  }
+}
+
+TEST(MillingForce, UpAndDownMillingMirrorWhenFibresDo) {
+  for (const Cutter& cutter : {plaskos(2), ball()}) {
+    const Load up =
+        mean_load(cutter, bovine(), at(8.0, 0.0, 25.0), {ImmersionKind::up, 1.3e-3, 5e-3});
+    const Load down =
+        mean_load(cutter, bovine(), at(8.0, 0.0, -25.0), {ImmersionKind::down, 1.3e-3, 5e-3});
+    EXPECT_NEAR(up.torque(), down.torque(), 1e-12);
+    EXPECT_NEAR(up.force.z(), down.force.z(), 1e-10);
+    // Radial parts mirror, tangential parts turn with the cutter: compare with the law's halves.
+    CuttingLaw radial = bovine();
+    radial.tangential = {LinearLaw{}, {}};
+    radial.lateral.reset();
+    const Vector3 up_r =
+        mean_load(cutter, radial, at(8.0, 0.0, 25.0), {ImmersionKind::up, 1.3e-3, 5e-3}).force;
+    const Vector3 down_r =
+        mean_load(cutter, radial, at(8.0, 0.0, -25.0), {ImmersionKind::down, 1.3e-3, 5e-3}).force;
+    EXPECT_LT((up_r - Vector3(down_r.x(), -down_r.y(), down_r.z())).norm(), 1e-10);
+  }
+}
+
+TEST(MillingForce, IsUnchangedWhenFibresTurnHalfWayRound) {
+  const Immersion cut{ImmersionKind::down, 2e-3, 5e-3};
+  for (const OrientationCriterion criterion :
+       {OrientationCriterion::hankinson, OrientationCriterion::puw_hocheng,
+        OrientationCriterion::none}) {
+    CuttingLaw law = bovine();
+    law.orientation = criterion;
+    const Vector3 one = mean_load(ball(), law, at(8.0, 0.0, 35.0), cut).force;
+    const Vector3 other = mean_load(ball(), law, at(8.0, 0.0, 215.0), cut).force;
+    EXPECT_LT((one - other).norm(), 1e-12 * one.norm());
+  }
+}
+
+TEST(MillingForce, ScalesWithDepthForStraightFlutes) {
+  const Cutter cutter = plaskos(2, 0.0);
+  const Revolution thin =
+      revolution(cutter, bovine(), at(5.0), {ImmersionKind::slot, 0.0, 2e-3}, 36);
+  const Revolution thick =
+      revolution(cutter, bovine(), at(5.0), {ImmersionKind::slot, 0.0, 6e-3}, 36);
+  for (std::size_t i = 0; i < thin.loads.size(); ++i) {
+    EXPECT_LT((3.0 * thin.loads[i].force - thick.loads[i].force).norm(),
+              1e-12 * thick.loads[i].force.norm() + 1e-12);
+  }
+}
+
+TEST(MillingForce, AtZeroFeedIsTheEdgeForceOnly) {
+  const Load load = mean_load(plaskos(2), linear(), at(0.0), {ImmersionKind::slot, 0.0, 5e-3});
+  EXPECT_NEAR(load.force.x(), -2.0 * 5e-3 * 5e3 / kPi, 1e-9);
+  EXPECT_NEAR(load.force.y(), 2.0 * 5e-3 * 3e3 / kPi, 1e-9);
+  EXPECT_EQ(mean_load(plaskos(2), bovine(), at(0.0), {ImmersionKind::slot, 0.0, 5e-3}).force.norm(),
+            0.0);
+}
+
+TEST(MillingForce, ConvergesToStraightFlutesAsTheHelixVanishes) {
+  const Immersion cut{ImmersionKind::slot, 0.0, 5e-3};
+  const CuttingLaw law = linear(30.0 * units::deg);
+  const Revolution straight = revolution(plaskos(2, 0.0), law, at(10.0), cut, 37);
+  const Revolution nearly = revolution(plaskos(2, 1e-5), law, at(10.0), cut, 37);
+  // Step 0 is the very entry of a straight flute; the other 36 of 37 are clear of entry and exit.
+  for (std::size_t i = 1; i < straight.loads.size(); ++i) {
+    EXPECT_NEAR((straight.loads[i].force - nearly.loads[i].force).norm(), 0.0, 1e-3);
+  }
+}
+
+TEST(MillingForce, OfAPlungingBallIsOnTheAxis) {
+  const Load load = mean_load(ball(3), linear(), at(10.0, -90.0), {ImmersionKind::slot, 0.0, 3e-3});
+  EXPECT_NEAR(load.force.x(), 0.0, 1e-9);
+  EXPECT_NEAR(load.force.y(), 0.0, 1e-9);
+  EXPECT_GT(load.force.z(), 0.0);
+  EXPECT_GT(load.torque(), 0.0);
+}
+
+TEST(RemovalRate, IsTheCrossSectionTimesTheFeedRate) {
+  const Condition condition = at(10.0);
+  const double feed = feed_rate(condition, 2);
+  EXPECT_NEAR(removal_rate(plaskos(2), condition, {ImmersionKind::slot, 0.0, 5e-3}),
+              feed * 6.35e-3 * 5e-3, 1e-9 * feed * 6.35e-3 * 5e-3);
+  EXPECT_NEAR(removal_rate(plaskos(2), condition, {ImmersionKind::up, 1.1e-3, 5e-3}),
+              feed * 1.1e-3 * 5e-3, 1e-9 * feed * 1.1e-3 * 5e-3);
+  const double ball_section = 0.5 * kPi * 16e-6 + 8e-3 * 1e-3;
+  EXPECT_NEAR(removal_rate(ball(2), condition, {ImmersionKind::slot, 0.0, 5e-3}),
+              feed * ball_section, 1e-8 * feed * ball_section);
+  const double disc = kPi * 16e-6;
+  EXPECT_NEAR(removal_rate(ball(2), at(10.0, -90.0), {ImmersionKind::slot, 0.0, 4e-3}), feed * disc,
+              1e-8 * feed * disc);
+}
+
+/// The map of a nominal cut: share of 16 x 16 points of each patch that lie in the band.
+Engagement map_of(const Cutter& cutter, const Condition& condition, const Immersion& cut,
+                  int angles, int slices, double slice_height) {
+  Engagement map{slices, angles, slice_height, std::vector<double>(angles * slices, 0.0)};
+  const LateralBand bone = band(cut, cutter);
+  for (int s = 0; s < slices; ++s)
+    for (int a = 0; a < angles; ++a)
+      for (int i = 0; i < 16; ++i)
+        for (int j = 0; j < 16; ++j) {
+          const double z = slice_height * (s + (i + 0.5) / 16.0);
+          const double theta = 2.0 * kPi * (a + (j + 0.5) / 16.0) / angles;
+          const double y = radius_at(cutter, z) * std::cos(theta);
+          const bool in = z < cut.axial_depth && y >= bone.low && y <= bone.high &&
+                          outward_normal(theta, axial_position_angle(cutter, z))
+                                  .dot(feed_direction(condition)) > 0.0;
+          if (in) map.at(s, a) += 1.0 / 256.0;
+        }
+  return map;
+}
+
+TEST(EngagedForce, OfAMapOfANominalCutIsTheNominalForce) {
+  for (const Cutter& cutter : {plaskos(2), ball()}) {
+    for (const double elevation : {0.0, -15.0}) {
+      for (const ImmersionKind kind :
+           {ImmersionKind::slot, ImmersionKind::up, ImmersionKind::down}) {
+        const Immersion cut{kind, cutter.radius, 5e-3};
+        const Condition condition = at(8.0, elevation, 20.0);
+        const Engagement map = map_of(cutter, condition, cut, 72, 25, 0.2e-3);
+        const EngagedForce model(cutter, bovine(), 72, 25, 0.2e-3);
+        const Load nominal = mean_load(cutter, bovine(), condition, cut);
+        const Load mapped = model.mean(map, condition);
+        // 5 degree patches taken at their middle: second order. In an oblique feed the contact ends
+        // inside the first slice of the ball, which spans 18 degrees of kappa and has one weight.
+        const double tolerance = elevation == 0.0 ? 0.01 : 0.02;
+        EXPECT_LT((mapped.force - nominal.force).norm(), tolerance * nominal.force.norm())
+            << elevation << " " << static_cast<int>(kind);
+        EXPECT_LT((mapped.moment - nominal.moment).norm(), tolerance * nominal.moment.norm());
+        EXPECT_LT((mean_of(model.revolution(map, condition)) - mapped.force).norm(),
+                  0.01 * nominal.force.norm());
+      }
+    }
+  }
+}
+
+TEST(EngagedForce, IsProportionalToTheWeights) {
+  const Condition condition = at(8.0);
+  Engagement map = map_of(ball(), condition, {ImmersionKind::slot, 0.0, 3e-3}, 72, 25, 0.2e-3);
+  const EngagedForce model(ball(), bovine(), 72, 25, 0.2e-3);
+  const Load one = model.mean(map, condition);
+  for (double& weight : map.weights) weight *= 0.25;
+  EXPECT_LT((model.mean(map, condition).force - 0.25 * one.force).norm(), 1e-12 * one.force.norm());
+}
+
+TEST(EngagedForce, RefusesAMapOfAnotherGrid) {
+  const EngagedForce model(ball(), bovine(), 72, 25, 0.2e-3);
+  EXPECT_THROW(model.mean(Engagement{10, 72, 0.2e-3, std::vector<double>(720)}, at(1.0)),
+               InvalidInput);
+}
+
+TEST(Condition, RefusesSlipsOfUnit) {
+  const Cutter cutter = plaskos(2);
+  EXPECT_NO_THROW(check(at(10.0), cutter));
+  EXPECT_THROW(check(at(3000.0), cutter), InvalidInput);  // 3 mm a tooth
+  EXPECT_THROW(check(at(-1.0), cutter), InvalidInput);
+  Condition fast = at(10.0);
+  fast.spindle_speed = 5e5 * units::rpm;
+  EXPECT_THROW(check(fast, cutter), InvalidInput);
+  fast.spindle_speed = std::nan("");
+  EXPECT_THROW(check(fast, cutter), InvalidInput);
+  EXPECT_THROW(check(Immersion{ImmersionKind::slot, 0.0, 0.0}, cutter), InvalidInput);
+  EXPECT_THROW(check(Immersion{ImmersionKind::slot, 0.0, 30e-3}, cutter), InvalidInput);
+  EXPECT_THROW(check(Immersion{ImmersionKind::up, 0.0, 5e-3}, cutter), InvalidInput);
+  EXPECT_THROW(check(Immersion{ImmersionKind::up, 7e-3, 5e-3}, cutter), InvalidInput);
+}
+
+}  // namespace
+}  // namespace osteomill::cutting
