@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "osteomill/base/random.hpp"
+#include "osteomill/numerics/second_order_lag.hpp"
+#include "osteomill/simulate/workpiece.hpp"
+
+namespace osteomill::simulate {
+
+/// The machine around the workpiece: spindle, feed servo, force sensor.
+struct Machine {
+  double spindle_speed = 0.0;                     ///< rad/s
+  std::optional<numerics::SecondOrderLag> servo;  ///< none: the feed is the command at once
+  double period = 10e-3;                          ///< of control, s
+  double sample_rate = 8000.0;                    ///< of the force sensor, 1/s
+  double start_feed = 3e-3;                       ///< m/s
+  double force_noise = 0.0;  ///< standard deviation on each mean force that is reported, N
+  int delay_updates = 1;     ///< control periods from the force to the feed that it sets
+  std::uint64_t seed = 1;    ///< of the noise
+};
+
+/// Throws InvalidInput that names the field.
+void check(const Machine& machine);
+
+/// What is asked for in one control period.
+struct FeedRequest {
+  double feed = 0.0;       ///< m/s
+  int mode = 0;            ///< recorded as it is
+  bool saturated = false;  ///< recorded as it is
+};
+
+/// What the sensor and the machine report at the end of a control period.
+struct Report {
+  double time = 0.0;
+  double position = 0.0;  ///< m along the path
+  double feed = 0.0;      ///< m/s
+  double programmed_feed = 0.0;
+  double mean_force = 0.0;  ///< of the magnitude, over whole revolutions; noise and delay included
+  double peak_force = 0.0;
+  double mean_torque = 0.0;
+  double to_contact = 0.0;
+  bool finished = false;
+};
+
+/// One control period as it was, without noise and delay. Times and places are those of its end.
+struct Step {
+  double time = 0.0;      ///< s
+  double position = 0.0;  ///< m along the path
+  int line = 0;           ///< from 0
+  geometry::Vector3 tip_W = geometry::Vector3::Zero();
+  double command = 0.0;                                        ///< m/s
+  double feed = 0.0;                                           ///< at the end, m/s
+  geometry::Vector3 mean_force_W = geometry::Vector3::Zero();  ///< on the tool, over the period, N
+  double mean_force = 0.0;        ///< mean of the magnitude over the sensor's window, N
+  double peak_force = 0.0;        ///< largest magnitude, N
+  double mean_torque = 0.0;       ///< N m
+  double removed_volume = 0.0;    ///< in this period, m³
+  double material = 0.0;          ///< see Workpiece::material_key
+  double feed_work = 0.0;         ///< - integral of F · v dt of this period, J
+  double spindle_work = 0.0;      ///< integral of torque × speed of this period, J
+  double time_above_limit = 0.0;  ///< in this period, s
+  double sum_force = 0.0;         ///< of the magnitude over the samples in contact, N
+  int samples_in_contact = 0;
+  double first_contact = 0.0;  ///< time of the first and the last sample in contact, s;
+  double last_contact = 0.0;   ///< meaningful when samples_in_contact > 0
+  int mode = 0;
+  bool saturated = false;
+};
+
+/// A workpiece being milled in time. It is advanced one control period at a time with the feed that
+/// is asked for; the servo is stepped exactly between the samples of the force sensor.
+class Milling {
+ public:
+  /// `force_limit`: what Step::time_above_limit counts against, N.
+  Milling(Workpiece& workpiece, const Machine& machine, double force_limit);
+
+  Report report() const;
+  Report advance(const FeedRequest& request);
+  bool finished() const { return state_.integral >= length_; }
+  const std::vector<Step>& steps() const { return steps_; }
+
+ private:
+  double window_mean() const;
+
+  Workpiece& workpiece_;
+  Machine machine_;
+  double force_limit_ = 0.0;
+  double length_ = 0.0;
+  std::optional<numerics::HeldLag> servo_;
+  numerics::LagState state_;  ///< integral: position along the path
+  double angle_ = 0.0;        ///< of the spindle, rad
+  Random noise_;
+  std::vector<double> positions_, feeds_, angles_;  ///< of the samples of a period
+  Cut cut_;
+  std::vector<double> window_;  ///< last magnitudes, a ring over whole revolutions
+  std::size_t window_at_ = 0;
+  std::vector<double> reported_;  ///< mean forces with noise, newest first, delay_updates of them
+  std::vector<Step> steps_;
+};
+
+}  // namespace osteomill::simulate
