@@ -66,9 +66,10 @@ void check(const FeedController& controller) {
   }
 }
 
-double entry_limit(const PredictiveMode& mode, double to_contact) noexcept {
-  const bool inside =
-      to_contact <= mode.lead + mode.uncertainty && to_contact >= -(mode.hold + mode.uncertainty);
+double entry_limit(const PredictiveMode& mode, const Observation& seen) noexcept {
+  const bool near = seen.to_contact <= mode.lead + mode.uncertainty;
+  const bool held = seen.to_contact >= -(mode.hold + mode.uncertainty);
+  const bool inside = near && (held || (mode.until_engaged && seen.entering));
   return inside ? mode.entry_feed : std::numeric_limits<double>::infinity();
 }
 
@@ -81,7 +82,7 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
 
   feed = std::clamp(feed, limits.lowest, limits.highest);
   if (controller.predictive) {
-    const double entry = entry_limit(*controller.predictive, seen.to_contact);
+    const double entry = entry_limit(*controller.predictive, seen);
     if (entry < feed) next.command = {entry, Mode::predictive, false};
   }
   const double largest_change = limits.acceleration * controller.period;

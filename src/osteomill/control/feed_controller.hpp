@@ -30,6 +30,10 @@ struct PredictiveMode {
   double lead = 1.5e-3;      ///< how far before the predicted contact it starts, m
   double hold = 0.3e-3;      ///< how far past it, m
   double uncertainty = 0.0;  ///< of the predicted contact, m: widens both sides
+  /// Hold until the cutter is fully engaged, by more than `hold` where that comes later. Releasing
+  /// earlier loses the benefit of a slow entry: the loop answers the small force of a cutter that
+  /// is half in bone with more feed.
+  bool until_engaged = false;
 };
 
 /// A law, its limits and, where the entry into bone is known, the predictive mode.
@@ -60,7 +64,7 @@ struct ControlStep {
 ControlStep step(const FeedController& controller, const ControllerState& state,
                  const Observation& seen) noexcept;
 
-/// Largest feed that the predictive mode allows at this distance; infinite outside its zone.
-double entry_limit(const PredictiveMode& mode, double to_contact) noexcept;
+/// Largest feed that the predictive mode allows here; infinite outside its zone.
+double entry_limit(const PredictiveMode& mode, const Observation& seen) noexcept;
 
 }  // namespace osteomill::control

@@ -150,14 +150,29 @@ TEST(FeedController, GoesNoFasterThanTheEntryFeedAroundThePredictedContactAndKee
   EXPECT_GT(step(controller, slowed.state, seen).command.feed, 3e-3);
 }
 
+double limit_at(const PredictiveMode& mode, double to_contact, bool entering = false) {
+  Observation seen;
+  seen.to_contact = to_contact;
+  seen.entering = entering;
+  return entry_limit(mode, seen);
+}
+
 TEST(FeedController, UncertaintyOfTheContactWidensTheSlowZoneOnBothSides) {
   PredictiveMode mode;
   mode.uncertainty = 1e-3;
-  EXPECT_EQ(entry_limit(mode, 2.4e-3), mode.entry_feed);
-  EXPECT_EQ(entry_limit(mode, -1.2e-3), mode.entry_feed);
-  EXPECT_TRUE(std::isinf(entry_limit(mode, 2.6e-3)));
-  EXPECT_TRUE(std::isinf(entry_limit(mode, -1.4e-3)));
-  EXPECT_TRUE(std::isinf(entry_limit(mode, std::numeric_limits<double>::infinity())));
+  EXPECT_EQ(limit_at(mode, 2.4e-3), mode.entry_feed);
+  EXPECT_EQ(limit_at(mode, -1.2e-3), mode.entry_feed);
+  EXPECT_TRUE(std::isinf(limit_at(mode, 2.6e-3)));
+  EXPECT_TRUE(std::isinf(limit_at(mode, -1.4e-3)));
+  EXPECT_TRUE(std::isinf(limit_at(mode, std::numeric_limits<double>::infinity())));
+}
+
+TEST(FeedController, HoldsTheEntryFeedUntilFullEngagementWhenAsked) {
+  PredictiveMode mode;
+  EXPECT_TRUE(std::isinf(limit_at(mode, -2e-3, true)));
+  mode.until_engaged = true;
+  EXPECT_EQ(limit_at(mode, -2e-3, true), mode.entry_feed);
+  EXPECT_TRUE(std::isinf(limit_at(mode, -2.7e-3, false)));
 }
 
 TEST(FeedController, LimitsTheRateOfTheCommandBothWays) {

@@ -19,6 +19,7 @@ struct Observation {
   /// Along the path to the nearest predicted entry into bone, m: positive before it, negative past
   /// it until the next entry is nearer; infinite when none is predicted.
   double to_contact = std::numeric_limits<double>::infinity();
+  bool entering = false;  ///< the cutter is past an entry and not yet fully engaged there
   bool finished = false;  ///< the path has come to its end
 };
 

@@ -169,6 +169,11 @@ double LineProfileWorkpiece::to_contact(double position) const {
   return place.line + 1 < profile_.lines && next < past ? next : -past;
 }
 
+bool LineProfileWorkpiece::entering(double position) const {
+  const double x = at(position).tip_W.x();
+  return x >= -lead_ && x < 0.0;
+}
+
 double LineProfileWorkpiece::next_start(double from, double to) const {
   const double line_end = (at(from).line + 1) * pitch();
   return std::min(to, line_end);

@@ -67,6 +67,7 @@ class LineProfileWorkpiece final : public Workpiece {
   int lines() const override { return profile_.lines; }
   Place at(double position) const override;
   double to_contact(double position) const override;
+  bool entering(double position) const override;
   double next_start(double from, double to) const override;
   void mill(const Motion& motion, Cut& cut) override;
   const char* material_key() const override { return "cutting_gain_n_per_mm_per_s"; }

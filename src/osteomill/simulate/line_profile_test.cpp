@@ -80,6 +80,10 @@ TEST(LineProfileWorkpiece, KnowsHowFarTheNextEntryIs) {
   const double line = workpiece.length() / 3.0;
   EXPECT_NEAR(workpiece.to_contact(line - 1e-3), 9e-3, 1e-12);
   EXPECT_LT(workpiece.to_contact(workpiece.length() - 1e-3), 0.0);
+  EXPECT_FALSE(workpiece.entering(7.9e-3));
+  EXPECT_TRUE(workpiece.entering(8.1e-3));
+  EXPECT_TRUE(workpiece.entering(10.6e-3));
+  EXPECT_FALSE(workpiece.entering(10.7e-3));
 }
 
 TEST(LineProfileWorkpiece, EveryLineStartsAtItsBeginning) {

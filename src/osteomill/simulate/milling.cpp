@@ -80,6 +80,7 @@ Report Milling::report() const {
     seen.mean_torque = steps_.back().mean_torque;
   }
   seen.to_contact = workpiece_.to_contact(state_.integral);
+  seen.entering = workpiece_.entering(state_.integral);
   seen.finished = finished();
   return seen;
 }

@@ -43,6 +43,7 @@ struct Report {
   double peak_force = 0.0;
   double mean_torque = 0.0;
   double to_contact = 0.0;
+  bool entering = false;
   bool finished = false;
 };
 

@@ -44,6 +44,8 @@ class Workpiece {
   /// To the nearest entry into bone along the path, as control::Observation has it: positive before
   /// the entry, negative past it, infinite when none is known.
   virtual double to_contact(double position) const = 0;
+  /// Past an entry and not yet fully engaged there.
+  virtual bool entering(double position) const = 0;
   /// Where the next control period starts when the tool came from `from` to `to` in this one.
   virtual double next_start(double /*from*/, double to) const { return to; }
   /// Moves the tool, removes what it meets, and fills `cut` (its vectors are sized already).
