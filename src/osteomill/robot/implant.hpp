@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "osteomill/base/units.hpp"
+
 namespace osteomill::robot {
 
 using Vector2 = Eigen::Vector2d;
@@ -45,16 +47,16 @@ Profile make_profile(const std::vector<Vector2>& corners);
 /// dimensions are not printed: it is no product.
 struct ImplantFamily {
   std::string name = "generic";
-  std::vector<double> anteroposterior;        ///< AP of each size, m, growing
-  double distal_half_length = 0.25;           ///< of the distal cut, to each side of the origin
-  double anterior = 0.52;                     ///< y of the chamfer/anterior junction
-  double posterior = 0.48;                    ///< −y of the chamfer/posterior junction
-  double anterior_chamfer_angle = 0.7853982;  ///< between distal cut and chamfer, rad
-  double posterior_chamfer_angle = 0.7853982;
-  double anterior_tilt = 0.0872665;  ///< from −x, opening proximally, rad
-  double posterior_tilt = 0.0;       ///< from −x, opening proximally, rad
-  double anterior_length = 0.55;     ///< of the anterior cut, along it
-  double posterior_length = 0.30;    ///< of the posterior cut, along it
+  std::vector<double> anteroposterior;  ///< AP of each size, m, growing
+  double distal_half_length = 0.25;     ///< of the distal cut, to each side of the origin
+  double anterior = 0.52;               ///< y of the chamfer/anterior junction
+  double posterior = 0.48;              ///< −y of the chamfer/posterior junction
+  double anterior_chamfer_angle = 45.0 * units::deg;  ///< between distal cut and chamfer, rad
+  double posterior_chamfer_angle = 45.0 * units::deg;
+  double anterior_tilt = 5.0 * units::deg;  ///< from −x, opening proximally, rad
+  double posterior_tilt = 0.0;              ///< from −x, opening proximally, rad
+  double anterior_length = 0.55;            ///< of the anterior cut, along it
+  double posterior_length = 0.30;           ///< of the posterior cut, along it
 };
 
 /// The generic family: AP = 45...65 mm in seven equal steps, chamfers 45°, anterior cut tilted 5°.
