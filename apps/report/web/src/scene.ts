@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The 3-D view: the stock as it is being cut, the path coloured by a value, the cutter.
+import * as THREE from 'three'
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js'
+import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js'
+import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js'
+import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js'
+import { current_theme, viridis, viridis_gradient } from './colours'
+import type { Cutter, Mesh, Numbers, Path, Report, Run } from './data'
+import { el, on_resize, reading } from './dom'
+import type { Player } from './player'
+import { index_at } from './time_charts'
+
+type Stage = 'before' | 'now' | 'after'
+
+/** Surfaces of stock: drawn only where the cutter has come by (or not yet), with a flat inside so
+ *  that an open surface reads as a cut through solid bone. */
+function stock_material(part: 'before' | 'after', uniforms: Record<string, THREE.IUniform>) {
+  const material = new THREE.MeshStandardMaterial({
+    color: 0xffffff, roughness: 0.82, metalness: 0, side: THREE.DoubleSide })
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, uniforms)
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', `#include <common>
+        attribute float reach; attribute vec3 mapped; varying float vReach; varying vec3 vMapped;`)
+      .replace('#include <begin_vertex>', `#include <begin_vertex>
+        vReach = reach; vMapped = mapped;`)
+    const hide = part === 'before' ? 'vReach <= time' : 'vReach > time'
+    shader.fragmentShader = shader.fragmentShader
+      .replace('#include <common>', `#include <common>
+        varying float vReach; varying vec3 vMapped;
+        uniform float time, never, mapping; uniform vec3 bone, fresh, inside;`)
+      .replace('#include <color_fragment>', `#include <color_fragment>
+        if (${hide}) discard;
+        bool is_cut = ${part === 'after' ? 'vReach < 0.5 * never' : 'false'};
+        diffuseColor.rgb = is_cut ? mix(fresh, vMapped, mapping) : bone;`)
+      .replace('#include <opaque_fragment>', `#include <opaque_fragment>
+        if (!gl_FrontFacing) gl_FragColor = vec4(inside, gl_FragColor.a);`)
+  }
+  return material
+}
+
+/** The colour of a value as three wants it: linear light. */
+function mapped_colour(share: number): [number, number, number] {
+  const colour = new THREE.Color()
+  if (Number.isFinite(share)) colour.setRGB(...viridis(share), THREE.SRGBColorSpace)
+  else colour.set(0x8c9399)
+  return [colour.r, colour.g, colour.b]
+}
+
+function place_mm(path: Path, i: number): THREE.Vector3 {
+  return new THREE.Vector3(path.tip[0][i], path.tip[1][i], path.tip[2][i])
+}
+
+function axis_of(path: Path, i: number): THREE.Vector3 {
+  const k = path.axis[0].length > 1 ? i : 0
+  return new THREE.Vector3(path.axis[0][k], path.axis[1][k], path.axis[2][k]).normalize()
+}
+
+function cutter_model(cutter: Cutter): THREE.Group {
+  const group = new THREE.Group()
+  const length = cutter.outline[cutter.outline.length - 1][1]
+  const shank = Math.max(length, 6 * cutter.radius)
+  const profile = [new THREE.Vector2(0, 0), ...cutter.outline.map(([r, z]) => new THREE.Vector2(r, z)),
+    new THREE.Vector2(cutter.radius * 0.92, length + 0.05 * cutter.radius),
+    new THREE.Vector2(cutter.radius * 0.92, length + shank), new THREE.Vector2(0, length + shank)]
+  const body = new THREE.Mesh(new THREE.LatheGeometry(profile, 40),
+    new THREE.MeshStandardMaterial({ color: 0xb9c4cd, roughness: 0.3, metalness: 0.55,
+      transparent: true, opacity: 0.62, side: THREE.DoubleSide }))
+  body.rotation.x = Math.PI / 2
+  group.add(body)
+  const edge = new THREE.LineBasicMaterial({ color: 0x23313d })
+  for (let j = 0; j < Math.max(cutter.flutes, 1); ++j) {
+    const points: THREE.Vector3[] = []
+    for (let i = 0; i <= 60; ++i) {
+      const z = (length * i) / 60
+      const k = cutter.outline.findIndex(([, height]) => height >= z - 1e-9)
+      const [r1, z1] = cutter.outline[Math.max(k, 0)]
+      const [r0, z0] = cutter.outline[Math.max(k - 1, 0)]
+      const r = 1.004 * (z1 > z0 ? r0 + ((r1 - r0) * (z - z0)) / (z1 - z0) : r1)
+      // Edges trail clockwise seen from the spindle (src/osteomill/cutting/cutter.hpp).
+      const theta = (2 * Math.PI * j) / cutter.flutes - (z * Math.tan(cutter.helix)) / cutter.radius
+      points.push(new THREE.Vector3(r * Math.sin(theta), r * Math.cos(theta), z))
+    }
+    group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), edge))
+  }
+  return group
+}
+
+export class SceneView {
+  readonly element: HTMLElement
+  /** Why there is no picture; empty when there is one. */
+  failure = ''
+  private readonly canvas = el('canvas', { tabindex: 0, role: 'img' })
+  private readonly frame = el('div', { class: 'scene-frame' })
+  private readonly print = el('img', { class: 'print-only', alt: '3-D view of the stock and the path' })
+  private renderer!: THREE.WebGLRenderer
+  private controls!: OrbitControls
+  private readonly camera = new THREE.PerspectiveCamera(32, 1, 0.1, 5000)
+  private readonly world = new THREE.Scene()
+  private readonly triad = new THREE.Scene()
+  private readonly triad_camera = new THREE.PerspectiveCamera(30, 1, 0.1, 50)
+  private readonly content = new THREE.Group()
+  private readonly uniforms = {
+    time: { value: 0 }, never: { value: 1e9 }, mapping: { value: 1 },
+    bone: { value: new THREE.Color(0xe9dfc9) }, fresh: { value: new THREE.Color(0xd98f6a) },
+    inside: { value: new THREE.Color(0xb98d6b) },
+  }
+  private readonly after_uniforms = { ...this.uniforms, time: { value: 0 } }
+  private before: THREE.Mesh | null = null
+  private after: THREE.Mesh | null = null
+  private line: LineSegments2 | null = null
+  private trail: LineSegments2 | null = null
+  private cutter: THREE.Group | null = null
+  private readonly clip = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 0)
+  private clip_axis = -1
+  private clip_share = 0.5
+  private stage: Stage = 'now'
+  private opacity = 1
+  private box = new THREE.Box3()
+  private run: Run | null = null
+  private waiting = false
+  private readonly legend = el('div', { class: 'colour-bar' })
+  private readonly caption = el('p', { class: 'hint' })
+
+  constructor(private readonly report: Report, private readonly player: Player) {
+    this.frame.append(this.canvas, this.legend, this.print)
+    this.element = el('section', { class: 'card scene', 'aria-label': 'Stock, path and cutter in 3-D' },
+      el('div', { class: 'card-head' }, el('h2', {}, 'Stock and path')), this.frame)
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true,
+        preserveDrawingBuffer: true })
+    } catch {
+      this.give_up()
+      return
+    }
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2))
+    this.renderer.autoClear = false
+    this.camera.up.set(0, 0, 1)
+    this.controls = new OrbitControls(this.camera, this.canvas)
+    this.controls.addEventListener('change', () => this.draw_soon())
+    const head = new THREE.DirectionalLight(0xffffff, 2.1)
+    head.position.set(0.5, 0.9, 1.2)
+    this.camera.add(head)
+    this.world.add(this.camera, new THREE.HemisphereLight(0xffffff, 0x8d8478, 1.25), this.content)
+    this.triad.add(...[[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((d, i) => new THREE.ArrowHelper(
+      new THREE.Vector3(...d), new THREE.Vector3(), 1, [0xd55e00, 0x009e73, 0x0072b2][i], 0.3, 0.2)))
+    if (report.scene?.cutter) {
+      this.cutter = cutter_model(report.scene.cutter)
+      this.world.add(this.cutter)
+    }
+    this.element.append(this.make_tools(), this.caption)
+    player.on_change(() => this.show_time())
+    on_resize(this.frame, () => this.resize())
+    addEventListener('beforeprint', () => {
+      this.render()
+      this.print.src = this.canvas.toDataURL('image/png')
+    })
+    this.canvas.addEventListener('keydown', (event) => this.key(event))
+  }
+
+  private give_up() {
+    this.failure = 'no WebGL'
+    const picture = this.report.pictures.find((p) => p.sceneView)
+    this.frame.replaceChildren(el('p', { class: 'no-webgl' },
+      'This browser has no WebGL, so the stock cannot be turned here.' +
+      (picture ? ' The picture shows it as the program saw it.' : '')),
+    ...(picture ? [el('img', { src: picture.src, alt: picture.caption })] : []))
+  }
+
+  private make_tools(): HTMLElement {
+    const choice = (legend: string, entries: [string, string][], chosen: string, act: (v: string) => void) =>
+      el('fieldset', { class: 'segments' }, el('legend', { class: 'sr' }, legend),
+        ...entries.map(([value, text]) => el('label', {}, el('input', { type: 'radio', name: legend, value,
+          checked: value === chosen, onchange: () => act(value) }), el('span', {}, text))))
+    const range = (text: string, value: number, act: (v: number) => void) => {
+      const input = el('input', { type: 'range', min: 0, max: 1, step: 0.01, value })
+      input.addEventListener('input', () => act(Number(input.value)))
+      return el('label', { class: 'range' }, text, input)
+    }
+    const check = (text: string, on: boolean, act: (v: boolean) => void) => {
+      const input = el('input', { type: 'checkbox', checked: on })
+      input.addEventListener('change', () => act(input.checked))
+      return el('label', { class: 'check' }, input, text)
+    }
+    const section = range('', this.clip_share, (v) => { this.clip_share = v; this.cut_open() })
+    section.hidden = true
+    section.querySelector('input')!.setAttribute('aria-label', 'place of the section')
+    const view = (name: string, direction: [number, number, number]) =>
+      el('button', { type: 'button', class: 'quiet', onclick: () => this.look(direction) }, name)
+    return el('div', { class: 'scene-tools screen-only' },
+      el('div', { class: 'row' },
+        choice('stock', [['before', 'Before'], ['now', 'As cut'], ['after', 'After']], 'now',
+          (v) => { this.stage = v as Stage; this.show_time() }),
+        range('Opacity', 1, (v) => { this.opacity = v; this.set_opacity() })),
+      el('div', { class: 'row' },
+        check('Path', true, (v) => { for (const l of [this.line, this.trail]) if (l) l.visible = v; this.path_on = v; this.draw_soon() }),
+        check('Cutter', true, (v) => { if (this.cutter) this.cutter.visible = v; this.draw_soon() }),
+        check(`Cut surface by ${this.report.scene?.valueName ?? 'value'}`, true,
+          (v) => { this.uniforms.mapping.value = v ? 1 : 0; this.draw_soon() })),
+      el('div', { class: 'row' },
+        choice('section', [['-1', 'No section'], ['0', 'x'], ['1', 'y'], ['2', 'z']], '-1',
+          (v) => { this.clip_axis = Number(v); section.hidden = this.clip_axis < 0; this.cut_open() }),
+        section),
+      el('div', { class: 'row' },
+        view('Oblique', [0.9, -1.2, 0.9]), view('Top', [0, -0.001, 1]), view('Front', [0, -1, 0]),
+        view('Side', [1, 0, 0])))
+  }
+
+  private path_on = true
+
+  private key(event: KeyboardEvent) {
+    const turns: Record<string, [number, number]> = {
+      ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.12], ArrowDown: [0, 0.12] }
+    const offset = this.camera.position.clone().sub(this.controls.target)
+    if (event.key === '+' || event.key === '-') offset.multiplyScalar(event.key === '+' ? 0.9 : 1.1)
+    else if (turns[event.key]) {
+      const s = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y))
+      s.theta += turns[event.key][0]
+      s.phi = Math.min(Math.max(s.phi + turns[event.key][1], 0.02), Math.PI - 0.02)
+      const v = new THREE.Vector3().setFromSpherical(s)
+      offset.set(v.x, -v.z, v.y)
+    } else return
+    event.preventDefault()
+    this.camera.position.copy(this.controls.target).add(offset)
+    this.controls.update()
+    this.draw_soon()
+  }
+
+  private mesh(mesh: Mesh, reach: Numbers | undefined, part: 'before' | 'after', run: Run): THREE.Mesh {
+    const count = mesh.position[0].length
+    const position = new Float32Array(3 * count)
+    for (let i = 0; i < count; ++i) for (let a = 0; a < 3; ++a) position[3 * i + a] = mesh.position[a][i]
+    const never = this.uniforms.never.value
+    const reached = new Float32Array(count)
+    const mapped = new Float32Array(3 * count)
+    for (let i = 0; i < count; ++i) {
+      const at = reach ? reach[i] : NaN
+      reached[i] = Number.isNaN(at) ? never : at
+      if (part === 'after' && !Number.isNaN(at) && run.path) {
+        const value = run.path.value[index_at(run.path.time, at)]
+        mapped.set(mapped_colour(value / this.largest), 3 * i)
+      }
+    }
+    const geometry = new THREE.BufferGeometry()
+    geometry.setAttribute('position', new THREE.BufferAttribute(position, 3))
+    geometry.setAttribute('reach', new THREE.BufferAttribute(reached, 1))
+    geometry.setAttribute('mapped', new THREE.BufferAttribute(mapped, 3))
+    geometry.setIndex(new THREE.BufferAttribute(mesh.corners as Uint32Array, 1))
+    geometry.computeVertexNormals()
+    geometry.computeBoundingBox()
+    const material = stock_material(part, part === 'before' ? this.uniforms : this.after_uniforms)
+    return new THREE.Mesh(geometry, material)
+  }
+
+  private largest = 1
+
+  show(run: Run) {
+    if (this.failure) return
+    this.run = run
+    // Far enough behind the end to tell from a time in spite of rounding.
+    const never = 1e3 + 10 * (run.path ? run.path.time[run.path.time.length - 1] : 0)
+    this.uniforms.never.value = never
+    // One scale for all runs, so that their colours can be compared.
+    this.largest = Math.max(1e-9, this.report.scene?.valueLimit ?? 0)
+    for (const { path } of this.report.runs)
+      for (const value of path?.value ?? []) if (value > this.largest) this.largest = value
+    for (const child of [...this.content.children]) {
+      this.content.remove(child)
+      const drawn = child as THREE.Mesh
+      drawn.geometry.dispose()
+      ;(drawn.material as THREE.Material).dispose()
+    }
+    const first = this.box.isEmpty()
+    this.before = this.after = null
+    if (this.report.scene?.before) {
+      this.before = this.mesh(this.report.scene.before, run.beforeReach, 'before', run)
+      this.content.add(this.before)
+    }
+    if (run.after) {
+      this.after = this.mesh(run.after, run.afterReach, 'after', run)
+      this.content.add(this.after)
+    }
+    this.add_path(run)
+    this.box.makeEmpty()
+    for (const part of [this.before, this.after]) if (part) this.box.union(part.geometry.boundingBox!)
+    if (this.box.isEmpty() && run.path)
+      for (let i = 0; i < run.path.time.length; ++i) this.box.expandByPoint(place_mm(run.path, i))
+    const size = this.box.getSize(new THREE.Vector3())
+    this.caption.textContent = `${reading(size.x)} × ${reading(size.y)} × ${reading(size.z)} mm. ` +
+      'Drag to turn, wheel to zoom, right button to move; arrow keys and + − when the view has the focus.'
+    this.canvas.setAttribute('aria-label',
+      `${run.name}: stock of ${reading(size.x)} by ${reading(size.y)} by ${reading(size.z)} mm, ` +
+      `path coloured by ${this.report.scene?.valueName}`)
+    this.draw_legend()
+    this.set_opacity()
+    this.cut_open()
+    this.resize()
+    if (first) this.look([0.9, -1.2, 0.9])
+    this.show_time()
+  }
+
+  private add_path(run: Run) {
+    this.line = this.trail = null
+    const path = run.path
+    if (!path || path.time.length < 2) return
+    const places: number[] = []
+    const colours: number[] = []
+    for (let i = 1; i < path.time.length; ++i) {
+      const colour = mapped_colour(path.value[i] / this.largest)
+      for (const k of [i - 1, i]) places.push(path.tip[0][k], path.tip[1][k], path.tip[2][k])
+      colours.push(...colour, ...colour)
+    }
+    const make = (width: number, opacity: number, in_front: boolean) => {
+      const geometry = new LineSegmentsGeometry()
+      geometry.setPositions(places)
+      geometry.setColors(colours)
+      const material = new LineMaterial({ vertexColors: true, linewidth: width, transparent: true,
+        opacity, depthTest: !in_front, depthWrite: false })
+      const line = new LineSegments2(geometry, material)
+      line.renderOrder = in_front ? 3 : 2
+      line.visible = this.path_on
+      this.content.add(line)
+      return line
+    }
+    this.line = make(2, 0.45, true)
+    this.trail = make(5, 1, false)
+  }
+
+  private draw_legend() {
+    const scene = this.report.scene!
+    this.legend.replaceChildren()
+    this.legend.hidden = !this.run?.path
+    const bar = el('div', { class: 'gradient' })
+    bar.style.background = viridis_gradient('to top')
+    const at = (value: number, text: string, kind = '') => {
+      const mark = el('span', { class: `mark ${kind}` }, text)
+      mark.style.bottom = `${(100 * value) / this.largest}%`
+      return mark
+    }
+    bar.append(at(0, '0'), at(this.largest / 2, reading(this.largest / 2)), at(this.largest, reading(this.largest)))
+    if (scene.valueLimit && scene.valueLimit < 0.98 * this.largest)
+      bar.append(at(scene.valueLimit, `limit ${reading(scene.valueLimit)}`, 'limit'))
+    this.legend.append(el('div', { class: 'name' }, `${scene.valueName}, ${scene.valueUnit}`), bar)
+  }
+
+  private set_opacity() {
+    for (const part of [this.before, this.after]) {
+      if (!part) continue
+      const material = part.material as THREE.MeshStandardMaterial
+      material.transparent = this.opacity < 1
+      material.opacity = this.opacity
+      part.visible = this.opacity > 0.01
+    }
+    this.show_time()
+  }
+
+  private cut_open() {
+    const a = this.clip_axis
+    this.renderer.clippingPlanes = []
+    if (a >= 0) {
+      const low = this.box.min.getComponent(a)
+      const high = this.box.max.getComponent(a)
+      // Keep the part behind, as seen from the oblique view.
+      const sign = a === 1 ? 1 : -1
+      this.clip.normal.set(0, 0, 0).setComponent(a, sign)
+      this.clip.constant = -sign * (low + (high - low) * (a === 1 ? 1 - this.clip_share : this.clip_share))
+      for (const part of [this.before, this.after])
+        if (part) (part.material as THREE.Material).clippingPlanes = [this.clip]
+    } else {
+      for (const part of [this.before, this.after])
+        if (part) (part.material as THREE.Material).clippingPlanes = null
+    }
+    this.renderer.localClippingEnabled = true
+    this.draw_soon()
+  }
+
+  /** Looks from a direction so that the whole stock is just seen. */
+  look(direction: [number, number, number]) {
+    const centre = this.box.getCenter(new THREE.Vector3())
+    const towards = new THREE.Vector3(...direction).normalize()
+    const right = new THREE.Vector3().crossVectors(this.camera.up, towards).normalize()
+    const up = new THREE.Vector3().crossVectors(towards, right)
+    const high = Math.tan((Math.PI / 360) * this.camera.fov)
+    const wide = high * this.camera.aspect
+    let distance = 1
+    for (let i = 0; i < 8; ++i) {
+      const corner = new THREE.Vector3(...[0, 1, 2].map((a) =>
+        (i >> a) & 1 ? this.box.max.getComponent(a) : this.box.min.getComponent(a))).sub(centre)
+      const out = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high)
+      distance = Math.max(distance, 1.08 * out + corner.dot(towards))
+    }
+    this.controls.target.copy(centre)
+    this.camera.position.copy(centre).addScaledVector(towards, distance)
+    this.camera.near = distance / 100
+    this.camera.far = distance * 10
+    this.camera.updateProjectionMatrix()
+    this.controls.update()
+    this.draw_soon()
+  }
+
+  private show_time() {
+    const run = this.run
+    if (!run || this.failure) return
+    const at = this.player.shown
+    const never = this.uniforms.never.value
+    // At the end only the finished surface is shown, which knows all that was cut.
+    const finished = this.after !== null && (this.stage === 'after' || (this.stage === 'now' && at >= this.player.end))
+    const none = -1e9
+    this.uniforms.time.value = this.stage === 'before' || !this.after ? none : finished ? never + 1 : at
+    this.after_uniforms.time.value = this.stage === 'before' ? none : finished ? never + 1 : at
+    if (this.before) this.before.visible = !finished && this.opacity > 0.01
+    if (this.after) this.after.visible = this.stage !== 'before' && this.opacity > 0.01
+    const path = run.path
+    if (path && path.time.length > 1) {
+      const i = index_at(path.time, at)
+      if (this.trail) this.trail.geometry.instanceCount = this.stage === 'after' ? path.time.length - 1 : i
+      if (this.cutter) {
+        const k = Math.min(i + 1, path.time.length - 1)
+        const span = path.time[k] - path.time[i]
+        const share = span > 0 ? Math.min(Math.max((at - path.time[i]) / span, 0), 1) : 0
+        this.cutter.position.copy(place_mm(path, i)).lerp(place_mm(path, k), share)
+        this.cutter.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis_of(path, i))
+        if (this.player.playing) this.cutter.rotateZ(-at * 9)
+      }
+    }
+    this.draw_soon()
+  }
+
+  private resize() {
+    const { clientWidth: width, clientHeight: height } = this.frame
+    if (width < 20 || height < 20) return
+    this.renderer.setSize(width, height, false)
+    this.camera.aspect = width / height
+    this.camera.updateProjectionMatrix()
+    this.draw_soon()
+  }
+
+  recolour() { this.draw_soon() }
+
+  private draw_soon() {
+    if (this.waiting || this.failure) return
+    this.waiting = true
+    requestAnimationFrame(() => {
+      this.waiting = false
+      this.render()
+    })
+  }
+
+  private render() {
+    const dark = current_theme() === 'dark'
+    this.uniforms.bone.value.set(dark ? 0xd8ccb4 : 0xe9dfc9)
+    const size = this.renderer.getSize(new THREE.Vector2())
+    this.renderer.setViewport(0, 0, size.x, size.y)
+    this.renderer.clear()
+    this.renderer.render(this.world, this.camera)
+    const corner = 72
+    this.triad_camera.position.copy(this.camera.position).sub(this.controls.target).setLength(5)
+    this.triad_camera.up.copy(this.camera.up)
+    this.triad_camera.lookAt(0, 0, 0)
+    this.renderer.setViewport(4, 4, corner, corner)
+    this.renderer.clearDepth()
+    this.renderer.render(this.triad, this.triad_camera)
+  }
+
+  /** For the tests of the page: what is being drawn. */
+  drawn(): { triangles: number; stage: Stage; cutter: number[] } {
+    return { triangles: this.renderer?.info.render.triangles ?? 0, stage: this.stage,
+      cutter: this.cutter?.position.toArray() ?? [] }
+  }
+}
