@@ -209,6 +209,26 @@ double removal_rate(const Cutter& cutter, const Condition& condition, const Imme
   return area * feed_rate(condition, cutter.flutes);
 }
 
+double largest_chip(const Cutter& cutter, const Condition& condition, const Immersion& immersion) {
+  const LateralBand bone = band(immersion, cutter);
+  const std::vector<double> ends = meridian_pieces(cutter, condition, bone, immersion.axial_depth);
+  double largest = 0.0;
+  const auto look = [&](double s) {
+    const ProfilePoint point = profile_at(cutter, s);
+    const Arcs arcs = contact_arcs(point, condition, bone);
+    for (int arc = 0; arc < arcs.count; ++arc) {
+      // The chip grows towards a quarter turn from either side.
+      const auto [start, end] = arcs.ends[static_cast<std::size_t>(arc)];
+      const double theta = std::clamp(0.5 * kPi, start, end);
+      largest = std::max(largest, chip_thickness(condition, theta, point.kappa));
+    }
+  };
+  for (std::size_t piece = 0; piece + 1 < ends.size(); ++piece) {
+    for (int i = 0; i <= 32; ++i) look(ends[piece] + (ends[piece + 1] - ends[piece]) * i / 32);
+  }
+  return largest;
+}
+
 Revolution revolution(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                       const Immersion& immersion, int steps) {
   static const numerics::QuadratureRule rule = numerics::gauss_legendre(3);

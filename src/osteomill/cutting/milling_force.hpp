@@ -71,4 +71,7 @@ Revolution revolution(const Cutter& cutter, const CuttingLaw& law, const Conditi
 /// Volume that a nominal cut removes in unit time, m³/s; BVR = f d DOC, [plaskos2002] 4.
 double removal_rate(const Cutter& cutter, const Condition& condition, const Immersion& immersion);
 
+/// Largest uncut chip thickness in a nominal cut, m.
+double largest_chip(const Cutter& cutter, const Condition& condition, const Immersion& immersion);
+
 }  // namespace osteomill::cutting

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "osteomill/cutting/milling_force.hpp"
+
+namespace osteomill::cutting {
+
+struct PredictionOptions {
+  int steps = 360;     ///< of the revolution
+  int harmonics = 16;  ///< of the spindle frequency, from 1
+};
+
+/// What one nominal cut does to the cutter.
+struct Prediction {
+  Load mean;
+  Revolution revolution;
+  geometry::Vector3 peak = geometry::Vector3::Zero();  ///< largest magnitude of each component, N
+  double peak_resultant = 0.0;                         ///< N
+  geometry::Vector3 rms = geometry::Vector3::Zero();   ///< N
+  double mean_torque = 0.0;                            ///< N m
+  double peak_torque = 0.0;                            ///< N m
+  double peak_bending_moment = 0.0;                    ///< at the top of the cutting length, N m
+  double spindle_power = 0.0;                          ///< mean, W
+  double feed_power = 0.0;       ///< mean, W; < 0 when the cut pulls the cutter along
+  double removal_rate = 0.0;     ///< m³/s
+  double specific_energy = 0.0;  ///< power of spindle and feed over removal rate, J/m³; 0 without
+  double feed_per_tooth = 0.0;   ///< m
+  double largest_chip = 0.0;     ///< m
+  std::vector<geometry::Vector3> harmonics;  ///< amplitude at 1, 2, ... times spindle speed, N
+  std::vector<std::string> warnings;
+};
+
+Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+                   const Immersion& immersion, const PredictionOptions& options = {});
+
+/// What the law was not measured for: chips beyond its range. Empty when all is within.
+std::vector<std::string> range_warnings(const CuttingLaw& law, double largest_chip);
+
+}  // namespace osteomill::cutting

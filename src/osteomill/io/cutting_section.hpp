@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "osteomill/bone/density.hpp"
+#include "osteomill/bone/provenance.hpp"
+#include "osteomill/cutting/condition.hpp"
+#include "osteomill/cutting/cutter.hpp"
+#include "osteomill/cutting/cutting_law.hpp"
+
+/// The tables [cutter], [bone] and [cut] of a case.
+namespace osteomill::io {
+
+class Section;
+
+/// [cutter]: the shape, and what the catalogue says of it.
+struct CutterCase {
+  cutting::Cutter cutter;
+  bone::Provenance provenance;
+};
+void bind_cutter(Section& section, CutterCase& cutter);
+
+/// [bone]: the cutting law, the density that it was measured at, and where it comes from.
+struct BoneCase {
+  cutting::CuttingLaw law;
+  bone::ForceDensityLaw density;
+  std::optional<double> rake_angle;  ///< of the edges that the law was measured with, rad
+  bone::Provenance provenance;
+};
+void bind_bone(Section& section, BoneCase& bone);
+
+/// What a result that uses them has to say: values that were not measured, a law that was measured
+/// with another rake.
+std::vector<std::string> caveats_of(const CutterCase& cutter, const BoneCase& bone);
+
+/// [cut]: one cutting condition. The feed is given as a rate or a tooth.
+struct CutCase {
+  double spindle_speed = 0.0;            ///< rad/s
+  std::optional<double> feed_rate;       ///< m/s
+  std::optional<double> feed_per_tooth;  ///< m
+  double feed_elevation = 0.0;           ///< rad
+  double fibre_angle = 0.0;              ///< from the feed, rad
+  double fibre_elevation = 0.0;          ///< above the plane normal to the axis, rad
+  cutting::Immersion immersion;
+};
+void bind_cut(Section& section, CutCase& cut);
+
+/// The condition of a cut; checked against the cutter, with all faults of both at once.
+cutting::Condition condition_of(const CutCase& cut, const cutting::Cutter& cutter);
+
+}  // namespace osteomill::io
