@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/workpiece/shadow_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/workpiece/swept_tool.hpp"
+
+namespace osteomill::workpiece {
+
+namespace {
+
+const double kTurnThatEmpties = std::cos(20.0 * units::deg);
+// A pitch that changes by less leaves coverage and stencil as they are: 0.02 of a radius is less
+// than half a cell for cutters up to 25 voxels in radius.
+constexpr double kPitchTolerance = 0.02;
+constexpr float kForgotten =
+    1e-6f;  // of a full cell: far below the noise of sampling, no denormals
+
+constexpr double kShadowTurn = 1e-3;  // of the feed, that leaves the shadows as they are
+
+bool along_an_axis(const Vector3& direction) {
+  return direction.cwiseAbs().maxCoeff() > 1.0 - 1e-12;
+}
+
+/// Phases of a lattice against the cells, and their weights.
+struct Phase {
+  double offset, weight;
+};
+std::vector<Phase> phases(const VoxelShadow& shadow, const Vector3& axis) {
+  if (along_an_axis(axis)) return {{0.0, 1.0}};  // the layers lie on the cells
+  constexpr int n = 12;
+  std::vector<Phase> all;
+  double sum = 0.0;
+  for (int k = 0; k < n; ++k) {
+    const double offset = shadow.half_width() * ((2.0 * k + 1.0) / n - 1.0);
+    all.push_back({offset, shadow.at(offset)});
+    sum += all.back().weight;
+  }
+  for (Phase& phase : all) phase.weight /= sum;
+  return all;
+}
+
+}  // namespace
+
+PatchGrid patches_for(const cutting::Cutter& cutter, double spacing) {
+  PatchGrid patches;
+  patches.slices =
+      std::clamp(static_cast<int>(std::lround(cutter.cutting_length / spacing)), 1, 64);
+  patches.slice_height = cutter.cutting_length / patches.slices;
+  const double around = 2.0 * std::numbers::pi * cutter.radius / spacing;
+  patches.angles = std::clamp(4 * static_cast<int>(std::lround(around / 4.0)), 48, 360);
+  return patches;
+}
+
+ShadowMap::ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchGrid& patches,
+                     double memory)
+    : cutter_(cutter),
+      patches_(patches),
+      memory_(memory),
+      slice_height_(patches.slice_height / spacing) {
+  require_within("engagement.slices", patches.slices, 1, 4096, "");
+  require_within("engagement.angles", patches.angles, 4, 4096, "");
+  require_positive("engagement.slice_height_mm", patches.slice_height / units::mm, "mm");
+  require_non_negative("engagement.memory", memory, "voxels");
+  cutter_.radius /= spacing;
+  cutter_.cutting_length /= spacing;
+  const double reach = slice_height_ * patches.slices;
+  columns_ = 2 * static_cast<int>(std::ceil(cutter_.radius)) + 5;
+  // Any pitch: the cylinder of radius R and this reach, seen from any side.
+  rows_ = static_cast<int>(std::ceil(2.0 * cutter_.radius + reach)) + 6;
+  cells_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0.0f);
+  coverage_ = cells_;
+  engagement_.slices = patches.slices;
+  engagement_.angles = patches.angles;
+  engagement_.slice_height = patches.slice_height;
+  engagement_.weights.assign(
+      static_cast<std::size_t>(patches.slices) * static_cast<std::size_t>(patches.angles), 0.0);
+  clear();
+}
+
+void ShadowMap::clear() {
+  std::fill(cells_.begin(), cells_.end(), 0.0f);
+  first_row_ = rows_;
+  last_row_ = -1;
+  feed_.setZero();
+}
+
+void ShadowMap::begin_step(const Vector3& feed, const Vector3& tip, double length) {
+  const bool turned = feed_.dot(feed) < kTurnThatEmpties;
+  const double horizontal = std::hypot(feed.x(), feed.y());
+  if (horizontal > 1e-9) {
+    x_T_ = Vector3(feed.x() / horizontal, feed.y() / horizontal, 0.0);
+    y_T_ = Vector3(-x_T_.y(), x_T_.x(), 0.0);
+  }
+  const double sin_pitch = -feed.z();
+  const double cos_pitch = horizontal > 1e-9 ? horizontal : 0.0;
+  eta_ = sin_pitch * x_T_ + cos_pitch * Vector3::UnitZ();
+  feed_ = feed;
+  if (turned) clear();
+  feed_ = feed;
+  if ((feed - shadow_feed_).norm() > kShadowTurn) {
+    lateral_shadow_ = VoxelShadow(y_T_);
+    eta_shadow_ = VoxelShadow(eta_);
+    shadow_feed_ = feed;
+  }
+  if (turned || !laid_out_ || std::abs(sin_pitch - sin_pitch_) > kPitchTolerance)
+    lay_out(sin_pitch, cos_pitch, tip);
+
+  const double keep = memory_ > 0.0 ? std::exp(-length / memory_) : 0.0;
+  gain_ = static_cast<float>((1.0 - keep) / length);
+  const float factor = static_cast<float>(keep);
+  int first = rows_, last = -1;
+  for (int at = first_row_; at <= last_row_; ++at) {
+    float* cells = row(at);
+    float highest = 0.0f;
+    for (int column = 0; column < columns_; ++column) {
+      const float value = cells[column] * factor;
+      cells[column] = value > kForgotten ? value : 0.0f;
+      highest = std::max(highest, cells[column]);
+    }
+    if (highest == 0.0f) continue;
+    first = std::min(first, at);
+    last = at;
+  }
+  first_row_ = first;
+  last_row_ = last;
+}
+
+void ShadowMap::lay_out(double sin_pitch, double cos_pitch, const Vector3& tip) {
+  sin_pitch_ = sin_pitch;
+  cos_pitch_ = cos_pitch;
+  // Cells through the voxel next to the tip: where the feed is along a grid axis all voxels then
+  // lie on cells.
+  const Vector3 to_lattice = tip.array().round().matrix() - tip;
+  const double low = -cutter_.radius * std::abs(sin_pitch);
+  lateral_origin_ = y_T_.dot(to_lattice) - (columns_ - 1) / 2;
+  eta_origin_ = eta_.dot(to_lattice) + std::floor(low) - 2.0;
+  compute_coverage();
+  compute_stencil();
+  laid_out_ = true;
+}
+
+void ShadowMap::compute_coverage() {
+  // The section of what the cutter sweeps on a long way, as occupancy, shared between cells as
+  // voxels at every phase are.
+  const double far = 4.0 * (cutter_.radius + cutter_.cutting_length);
+  const Vector3 direction(cos_pitch_, 0.0, -sin_pitch_);  // in the tool frame
+  const Vector3 eta(sin_pitch_, 0.0, cos_pitch_);
+  const SweptTool swept(cutter_, -far * direction, far * direction);
+  const std::vector<Phase> lateral_phases = phases(lateral_shadow_, y_T_);
+  const std::vector<Phase> eta_phases = phases(eta_shadow_, eta_);
+  for (int j = 0; j < rows_; ++j)
+    for (int i = 0; i < columns_; ++i) {
+      double covered = 0.0;
+      for (const Phase& b : eta_phases)
+        for (const Phase& a : lateral_phases) {
+          const Vector3 p = (lateral_origin_ + i + a.offset) * Vector3::UnitY() +
+                            (eta_origin_ + j + b.offset) * eta;
+          covered += a.weight * b.weight * std::clamp(0.5 - swept.distance(p), 0.0, 1.0);
+        }
+      coverage_[static_cast<std::size_t>(j * columns_ + i)] = static_cast<float>(covered);
+    }
+}
+
+void ShadowMap::compute_stencil() {
+  const auto samples_over = [](double extent) {
+    return std::clamp(static_cast<int>(std::ceil(2.0 * extent)), 1, 16);
+  };
+  const double angle_step = 2.0 * std::numbers::pi / patches_.angles;
+  const int per_slice = samples_over(slice_height_);
+  const int per_angle = samples_over(cutter_.radius * angle_step);
+  const double share = 1.0 / (per_slice * per_angle);
+  entries_.clear();
+  patch_start_.assign(1, 0);
+  slice_rows_.clear();
+  std::vector<Entry> patch;
+  for (int slice = 0; slice < patches_.slices; ++slice) {
+    SliceRows used{rows_, -1};
+    for (int angle = 0; angle < patches_.angles; ++angle) {
+      patch.clear();
+      double front = 0.0, covered = 0.0;
+      for (int i = 0; i < per_slice; ++i) {
+        const double z = (slice + (i + 0.5) / per_slice) * slice_height_;
+        const double r = cutting::radius_at(cutter_, z);
+        const double kappa = cutting::axial_position_angle(cutter_, z);
+        for (int k = 0; k < per_angle; ++k) {
+          const double theta = (angle + (k + 0.5) / per_angle) * angle_step;
+          const double facing =
+              std::sin(kappa) * std::sin(theta) * cos_pitch_ + std::cos(kappa) * sin_pitch_;
+          if (facing <= 1e-12) continue;
+          front += share;
+          const double a = r * std::cos(theta) - lateral_origin_;
+          const double b = r * std::sin(theta) * sin_pitch_ + z * cos_pitch_ - eta_origin_;
+          const int column = std::clamp(static_cast<int>(std::floor(a)), 0, columns_ - 2);
+          const int at = std::clamp(static_cast<int>(std::floor(b)), 0, rows_ - 2);
+          for (int corner = 0; corner < 4; ++corner) {
+            const int right = corner & 1, up = corner >> 1;
+            const double weight = (right == 1 ? a - column : 1.0 - (a - column)) *
+                                  (up == 1 ? b - at : 1.0 - (b - at));
+            if (weight <= 0.0) continue;
+            const int cell = (at + up) * columns_ + column + right;
+            covered += weight * static_cast<double>(coverage_[static_cast<std::size_t>(cell)]);
+            const auto same = std::find_if(patch.begin(), patch.end(),
+                                           [&](const Entry& entry) { return entry.cell == cell; });
+            if (same == patch.end())
+              patch.push_back({cell, static_cast<float>(weight)});
+            else
+              same->weight += static_cast<float>(weight);
+          }
+        }
+      }
+      if (covered > 0.0)
+        for (Entry entry : patch) {
+          entry.weight *= static_cast<float>(front / covered);
+          entries_.push_back(entry);
+          used.first = std::min(used.first, entry.cell / columns_);
+          used.last = std::max(used.last, entry.cell / columns_);
+        }
+      patch_start_.push_back(entries_.size());
+    }
+    slice_rows_.push_back(used);
+  }
+}
+
+const cutting::Engagement& ShadowMap::engagement() {
+  std::size_t patch = 0;
+  for (const SliceRows& used : slice_rows_) {
+    const std::size_t end = patch + static_cast<std::size_t>(patches_.angles);
+    if (used.last < first_row_ || used.first > last_row_) {
+      std::fill(engagement_.weights.begin() + static_cast<std::ptrdiff_t>(patch),
+                engagement_.weights.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+      patch = end;
+      continue;
+    }
+    for (; patch < end; ++patch) {
+      float weight = 0.0f;
+      for (std::size_t at = patch_start_[patch]; at < patch_start_[patch + 1]; ++at)
+        weight += entries_[at].weight * cells_[static_cast<std::size_t>(entries_[at].cell)];
+      engagement_.weights[patch] = static_cast<double>(weight);
+    }
+  }
+  return engagement_;
+}
+
+}  // namespace osteomill::workpiece

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "osteomill/cutting/cutter.hpp"
+#include "osteomill/cutting/engagement.hpp"
+#include "osteomill/geometry/pose.hpp"
+#include "osteomill/workpiece/voxel_shadow.hpp"
+
+namespace osteomill::workpiece {
+
+using geometry::Vector3;
+
+/// The patches on the cutter's envelope that an Engagement is wanted on.
+struct PatchGrid {
+  int slices = 0;
+  int angles = 0;
+  double slice_height = 0.0;  ///< m
+};
+
+/// Patches about one voxel wide over the whole cutting length: at most 64 slices, 48 to 360 angles,
+/// a multiple of 4.
+PatchGrid patches_for(const cutting::Cutter& cutter, double spacing);
+
+/// Where bone was removed, seen along the feed.
+///
+/// Every point of a convex cutter's front (outward normal · feed > 0) projects along the feed to
+/// one point of the plane normal to it, and a cell of that plane with bone in front of all of it
+/// loses (cell area × feed) in a step, whatever the inclination of the envelope behind it. So
+/// removed volume over (area × feed) is a well-conditioned measure of contact everywhere, which
+/// bins over the angle of rotation are not: there the volume per bin vanishes at the sides.
+///
+/// All lengths here are in voxels. Cells are one voxel wide; the plane's axes are y_T, lateral, and
+/// eta = x_T sin a + z cos a, where the feed points down by the angle a; its origin moves with the
+/// tip. Each removed voxel is shared between its neighbouring cells as its shadow is (VoxelShadow);
+/// cells sit on the layers of voxels where the feed is along them. So the profile is blurred by
+/// about a voxel, also across its rim; what a fully engaged cutter would give is blurred in the
+/// same way
+/// (`coverage`) and the engagement is the ratio of the two. Nothing is clamped: single weights may
+/// pass 1 by the sampling noise.
+///
+/// The map forgets exponentially over `memory` of travel, by default one voxel: much shorter steps
+/// meet voxels one at a time. What it delivers is therefore late by that length; its integral over
+/// the path is not changed.
+class ShadowMap {
+ public:
+  ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchGrid& patches, double memory);
+
+  /// Turns the map to this feed (unit vector) with the tip here (voxel coordinates) and lets it
+  /// forget for a step of this length. A turn by more than 20° empties it.
+  void begin_step(const Vector3& feed, const Vector3& tip, double length);
+  void clear();
+
+  /// Horizontal direction that the tool frame's x-axis has, and the lateral axis.
+  const Vector3& x_T() const { return x_T_; }
+  const Vector3& y_T() const { return y_T_; }
+  const Vector3& eta() const { return eta_; }
+
+  /// Cell coordinates of a point relative to the tip.
+  double lateral_cell(const Vector3& p) const { return y_T_.dot(p) - lateral_origin_; }
+  double eta_cell(const Vector3& p) const { return eta_.dot(p) - eta_origin_; }
+  /// How a voxel is shared along the two axes.
+  const VoxelShadow& lateral_shadow() const { return lateral_shadow_; }
+  const VoxelShadow& eta_shadow() const { return eta_shadow_; }
+  int rows() const { return rows_; }
+  /// What a unit of removed volume adds to a cell in this step.
+  float gain() const { return gain_; }
+  float* row(int at) { return cells_.data() + static_cast<std::ptrdiff_t>(at) * columns_; }
+  void note_row(int at) {
+    first_row_ = at < first_row_ ? at : first_row_;
+    last_row_ = at > last_row_ ? at : last_row_;
+  }
+
+  /// Samples the map at the patches. Valid until the next call.
+  const cutting::Engagement& engagement();
+
+ private:
+  void lay_out(double sin_pitch, double cos_pitch, const Vector3& tip);
+  void compute_coverage();
+  void compute_stencil();
+
+  cutting::Cutter cutter_;  // in voxels
+  PatchGrid patches_;
+  double memory_;
+  double slice_height_;  // in voxels
+  int columns_ = 0, rows_ = 0;
+  std::vector<float> cells_, coverage_;
+  int first_row_ = 0, last_row_ = -1;  // of what isn't empty
+
+  bool laid_out_ = false;
+  Vector3 feed_ = Vector3::Zero(), x_T_ = Vector3::UnitX(), y_T_ = Vector3::UnitY(),
+          eta_ = Vector3::UnitZ();
+  double sin_pitch_ = 0.0, cos_pitch_ = 1.0;  // of the layout; pitch > 0 down
+  double lateral_origin_ = 0.0, eta_origin_ = 0.0;
+  VoxelShadow lateral_shadow_, eta_shadow_;
+  Vector3 shadow_feed_ = Vector3::Zero();  // that the shadows were worked out for
+  float gain_ = 0.0f;
+
+  struct Entry {
+    int cell;
+    float weight;
+  };
+  std::vector<std::size_t> patch_start_;  // into entries_, one more than patches
+  std::vector<Entry> entries_;
+  struct SliceRows {
+    int first, last;
+  };
+  std::vector<SliceRows> slice_rows_;
+  cutting::Engagement engagement_;
+};
+
+}  // namespace osteomill::workpiece

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "osteomill/geometry/voxel_grid.hpp"
+
+namespace osteomill::workpiece {
+
+using geometry::Vector3;
+
+/// What a voxel is made of.
+struct BoneMaterial {
+  double density = 0.0;      ///< apparent density of the bone, kg/m³
+  double force_scale = 0.0;  ///< strength relative to the bone that the force law was measured on
+};
+
+/// The material at a point, and how far the point is from the surface of the bone.
+struct BoneSample {
+  double signed_distance = 0.0;  ///< to the bone's surface, m; < 0 inside the bone
+  BoneMaterial material;
+};
+
+/// The bone that is left, on a regular grid of cubes in the work frame W (axes of the grid = axes
+/// of W).
+///
+/// Each voxel holds the share of it that is bone, its occupancy, in steps of 1/kFull: a voxel that
+/// the surface cuts holds clamp(1/2 - d/spacing), d the signed distance of its centre. Integers
+/// make the balance of volume exact. Density and force scale are indices into a palette. Only the
+/// span of each x-row from its first to its last bone voxel is stored, so air around the bone
+/// costs nothing; rows only ever lose bone.
+class Stock {
+ public:
+  using Occupancy = std::uint16_t;
+  static constexpr Occupancy kFull = 1u << 15;
+
+  /// Bone by a function of the point in W. Throws InvalidInput when no voxel has bone, when the
+  /// grid is not of cubes, or when there are more than 65 535 different materials. The function
+  /// is called from several threads.
+  Stock(const geometry::GridShape& shape,
+        const std::function<BoneSample(const Vector3& p_W)>& bone);
+
+  const geometry::GridShape& shape() const { return shape_; }
+  double spacing() const { return shape_.spacing.x(); }
+
+  /// Share of the voxel that is bone, 0...1; 0 outside the grid.
+  double occupancy(int x, int y, int z) const;
+  /// Material of the bone in the voxel; all zero where there is none.
+  BoneMaterial material(int x, int y, int z) const;
+
+  double initial_volume() const;    ///< m³
+  double remaining_volume() const;  ///< m³; initial minus removed to the last unit
+  double remaining_mass() const;    ///< kg, summed anew
+  std::int64_t remaining_units() const;
+  std::int64_t initial_units() const { return initial_units_; }
+  double unit_volume() const { return shape_.voxel_volume() / kFull; }  ///< m³ in one unit
+
+  /// Smallest box of voxels with bone left, first and last index on each axis.
+  struct Box {
+    std::array<int, 3> first{0, 0, 0};
+    std::array<int, 3> last{-1, -1, -1};  ///< below first when there is no bone left
+  };
+  Box bone_box() const;
+
+  std::size_t stored_voxels() const { return occupancy_.size(); }
+
+ private:
+  friend class Remover;  // walks rows
+
+  struct Row {
+    std::size_t start = 0;    ///< of the span, in occupancy_ and material_
+    int first = 0;            ///< x of the first stored voxel
+    int length = 0;           ///< stored voxels
+    std::uint32_t units = 0;  ///< bone left in the row
+  };
+
+  const Row& row(int y, int z) const { return rows_[row_index(y, z)]; }
+  std::size_t row_index(int y, int z) const {
+    return static_cast<std::size_t>(z) * static_cast<std::size_t>(shape_.size[1]) +
+           static_cast<std::size_t>(y);
+  }
+
+  geometry::GridShape shape_;
+  std::vector<Row> rows_;                  ///< y runs fastest
+  std::vector<std::int64_t> layer_units_;  ///< bone left in each z-layer
+  std::vector<Occupancy> occupancy_;
+  std::vector<std::uint16_t> material_;  ///< index into palette_
+  std::vector<BoneMaterial> palette_;
+  std::int64_t initial_units_ = 0;
+};
+
+/// How Hounsfield units become bone.
+struct BoneFromCt {
+  double threshold_hu = 300.0;  ///< bone from here; its iso-surface is the bone's surface
+  /// Apparent density = offset + slope * HU, kg/m³, not below that of the threshold. The default is
+  /// Rho's calibration, 131 + 1.067 HU.
+  double density_offset = 131.0;
+  double density_per_hu = 1.067;
+  /// Force scale = (density / reference)^exponent. No measured law of cutting force against density
+  /// was found: the exponent 2 follows the compressive strength of bone and is an assumption.
+  double reference_density = 2000.0;
+  double force_exponent = 2.0;
+};
+
+/// The stock of cubes of this spacing from Hounsfield units on any regular grid in W (interpolated
+/// linearly). A voxel holds clamp(1/2 + (HU - threshold) / (|grad HU| spacing)), which puts the
+/// surface between voxels where the iso-surface is. Voxels in which bone and soft tissue mix take
+/// the density of the bone beside them (within one voxel of the CT), so that the mixing isn't
+/// counted twice. Throws InvalidInput when nothing reaches the threshold.
+Stock stock_from_hounsfield(const geometry::VoxelGrid<float>& hu_W, double spacing,
+                            const BoneFromCt& options);
+
+/// The grid of cubes that covers the box from lower to upper with whole voxels, faces on `lower`.
+geometry::GridShape cubes_over(const Vector3& lower, const Vector3& upper, double spacing);
+
+}  // namespace osteomill::workpiece
