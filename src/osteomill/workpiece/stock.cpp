@@ -225,10 +225,8 @@ geometry::GridShape cubes_over(const Vector3& lower, const Vector3& upper, doubl
 
 Stock stock_from_hounsfield(const geometry::VoxelGrid<float>& hu_W, double spacing,
                             const BoneFromCt& options) {
-  require_positive("bone.density_per_hu", options.density_per_hu, "kg/m³");
-  require_positive("bone.reference_density_kg_per_m3", options.reference_density, "kg/m³");
-  require_positive("bone.threshold_density_kg_per_m3",
-                   options.density_offset + options.density_per_hu * options.threshold_hu, "kg/m³");
+  require_positive("bone.density_at_threshold_kg_per_m3",
+                   bone::apparent_density(options.threshold_hu, options.density), "kg/m³");
   const geometry::GridShape& ct = hu_W.shape();
   for (int size : ct.size) require_within("ct.size", size, 2, 1 << 20, "voxels");
   float highest = hu_W.values().front();
@@ -243,7 +241,7 @@ Stock stock_from_hounsfield(const geometry::VoxelGrid<float>& hu_W, double spaci
 
   const double ct_spacing = ct.spacing.minCoeff();
   const double offset = 0.5 * ct_spacing;  // central differences over one voxel of the CT
-  const auto bone = [&](const Vector3& p_W) {
+  const auto bone_at = [&](const Vector3& p_W) {
     BoneSample sample;
     const double hu = geometry::sample(hu_W, p_W);
     Vector3 gradient;
@@ -262,13 +260,11 @@ Stock stock_from_hounsfield(const geometry::VoxelGrid<float>& hu_W, double spaci
     double inner_hu = std::max(hu, options.threshold_hu);
     if (slope > 0.0 && -sample.signed_distance < ct_spacing)
       inner_hu = std::max(inner_hu, geometry::sample(hu_W, p_W + gradient * (ct_spacing / slope)));
-    sample.material.density =
-        std::round(options.density_offset + options.density_per_hu * inner_hu);
-    sample.material.force_scale =
-        std::pow(sample.material.density / options.reference_density, options.force_exponent);
+    sample.material.density = std::round(bone::apparent_density(inner_hu, options.density));
+    sample.material.force_scale = bone::force_scale(sample.material.density, options.force);
     return sample;
   };
-  return Stock(cubes_over(ct.lower_corner(), ct.upper_corner(), spacing), bone);
+  return Stock(cubes_over(ct.lower_corner(), ct.upper_corner(), spacing), bone_at);
 }
 
 }  // namespace osteomill::workpiece

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "osteomill/bone/density.hpp"
 #include "osteomill/geometry/voxel_grid.hpp"
 
 namespace osteomill::workpiece {
@@ -94,14 +95,8 @@ class Stock {
 /// How Hounsfield units become bone.
 struct BoneFromCt {
   double threshold_hu = 300.0;  ///< bone from here; its iso-surface is the bone's surface
-  /// Apparent density = offset + slope * HU, kg/m³, not below that of the threshold. The default is
-  /// Rho's calibration, 131 + 1.067 HU.
-  double density_offset = 131.0;
-  double density_per_hu = 1.067;
-  /// Force scale = (density / reference)^exponent. No measured law of cutting force against density
-  /// was found: the exponent 2 follows the compressive strength of bone and is an assumption.
-  double reference_density = 2000.0;
-  double force_exponent = 2.0;
+  bone::DensityFromCt density;  ///< HU to apparent density, not below that of the threshold
+  bone::ForceDensityLaw force;  ///< density to force scale: an assumption, see there
 };
 
 /// The stock of cubes of this spacing from Hounsfield units on any regular grid in W (interpolated

@@ -112,7 +112,7 @@ TEST(StockFromHounsfield, GivesTheEdgeTheDensityOfTheBoneBesideIt) {
   const Stock stock =
       stock_from_hounsfield(blurred_ball(6 * mm, 1.0 * mm, 0.5 * mm), 0.2 * mm, options);
   const double full = std::round(131.0 + 1.067 * 1200.0);
-  const double scale = std::pow(full / options.reference_density, options.force_exponent);
+  const double scale = bone::force_scale(full, options.force);
   const int middle = 45;
   EXPECT_EQ(stock.material(middle, middle, middle).density, full);
   EXPECT_DOUBLE_EQ(stock.material(middle, middle, middle).force_scale, scale);
