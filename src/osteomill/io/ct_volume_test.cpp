@@ -18,6 +18,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/itk_reading.hpp"
+#include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/text_file.hpp"
 
 namespace osteomill::io {
@@ -28,12 +29,6 @@ using geometry::Vector3;
 using units::mm;
 
 const char* const kCranium = "/usr/share/doc/invesalius-examples/examples/Cranium.inv3";
-
-fs::path scratch(const std::string& name) {
-  const fs::path folder = fs::path(testing::TempDir()) / "osteomill_ct_test";
-  fs::create_directories(folder);
-  return folder / name;
-}
 
 using Image = itk::Image<short, 3>;
 
@@ -272,7 +267,8 @@ TEST(CtVolume, RefusesFilesThatAreCutShortOrNoCt) {
   };
   const Image::Pointer image = head(turned());
   expect_refused("missing", scratch("absent.nii"), "no such file");
-  expect_refused("unknown", scratch("") / "..", "no DICOM");
+  fs::create_directories(scratch("empty"));
+  expect_refused("empty folder", scratch("empty"), "no DICOM");
   write_text_file(scratch("notes.txt"), "not a CT");
   expect_refused("suffix", scratch("notes.txt"), "no CT format");
   for (const char* name : {"text.nii", "text.nii.gz", "text.nrrd", "text.mha", "text.dcm"}) {

@@ -13,16 +13,11 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/io/gnuplot.hpp"
 #include "osteomill/io/pending_file.hpp"
+#include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/text_file.hpp"
 
 namespace osteomill::io {
 namespace {
-
-std::filesystem::path scratch(const std::string& name) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "osteomill_plot_test";
-  std::filesystem::create_directories(folder);
-  return folder / name;
-}
 
 struct Picture {
   unsigned width = 0;
