@@ -282,13 +282,15 @@ std::vector<SequenceStep> plan_sequence(const GuidePositioner& robot, const Prof
                              "must name each of the five cuts once", ""});
   }
   const PerCut<CutLine> lines = cut_lines(profile, cuts);
+  // The tool's inner edge makes the surface: it runs on the line of a tool without thickness.
+  const PerCut<CutLine> edges = cut_lines(profile, {.distal_overhang = cuts.distal_overhang});
   std::vector<SequenceStep> steps;
   BoneOutline left = bone;
   for (const Cut cut : options.order) {
     SequenceStep step;
     step.cut = cut;
-    const CutLine& line = lines[index(cut)];
-    const auto joints = inverse(robot, axis_position, line, branches[index(cut)]);
+    const CutLine& edge = edges[index(cut)];
+    const auto joints = inverse(robot, axis_position, lines[index(cut)], branches[index(cut)]);
     if (!joints) {
       step.trouble = "outside the workspace";
     } else {
@@ -300,8 +302,8 @@ std::vector<SequenceStep> plan_sequence(const GuidePositioner& robot, const Prof
             fmt::format("joint limit: theta1 {:.1f} deg, theta2 {:.1f} deg",
                         step.joints.theta1 / units::deg, step.joints.theta2 / units::deg);
       }
-      const auto meets = first_bone(left, line);
-      step.gap = meets ? *meets - (step.pose.X2 - line.entry).dot(line.direction) : 0.0;
+      const auto meets = first_bone(left, edge);
+      step.gap = meets ? *meets - (step.pose.X2 - edge.entry).dot(edge.direction) : 0.0;
       step.collides = overlaps(left, step.pose);
       if (step.collides) step.trouble = "the guide stands in bone that is not yet cut";
     }
@@ -320,7 +322,7 @@ std::vector<SequenceStep> plan_sequence(const GuidePositioner& robot, const Prof
       if (!step.path_found) step.trouble = "no way past the bone from the cut before";
     }
     steps.push_back(step);
-    left = after_cut(left, line);
+    left = after_cut(left, edge);
   }
   return steps;
 }

@@ -39,9 +39,10 @@ struct SequenceStep {
   bool reachable = false;  ///< within workspace and joint limits
   JointAngles joints;      ///< to set
   GuidePose pose;
-  double gap = 0.0;         ///< from the guide's tip to the bone that is there at that time, m
-  bool collides = false;    ///< the guide would stand in that bone
-  bool path_found = false;  ///< from the cut before; true for the first
+  double gap = 0.0;  ///< from the guide's tip to the bone that is there at that time, along the
+                     ///< finished surface, m
+  bool collides = false;          ///< the guide would stand in that bone
+  bool path_found = false;        ///< from the cut before; true for the first
   std::vector<JointAngles> path;  ///< way points, first and last included
   std::string trouble;            ///< what is wrong; empty when nothing
 };

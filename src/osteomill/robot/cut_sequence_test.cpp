@@ -46,6 +46,16 @@ TEST(CutSequence, GapsToTheBoneInTheDefaultOrderAreThoseOfThePlacement) {
   }
 }
 
+TEST(CutSequence, AThickToolLeavesTheSameBoneAndFindsItsWay) {
+  Case c;
+  c.cuts.tool_thickness = 7.0 * mm;
+  c.placement = place(c.robot, cut_lines(c.profile, c.cuts));
+  for (const SequenceStep& step : c.plan()) {
+    EXPECT_EQ(step.trouble, "");
+    EXPECT_NEAR(step.gap, c.placement.gaps[index(step.cut)], 1e-12) << name(step.cut);
+  }
+}
+
 TEST(CutSequence, PathsKeepClearOfTheBoneThatIsLeft) {
   const Case c;
   const SequenceOptions options{.clearance = 2.0 * mm};

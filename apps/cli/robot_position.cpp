@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/base/error.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/robot_case.hpp"
+#include "osteomill/io/robot_drawing.hpp"
+#include "robot.hpp"
+
+namespace osteomill::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using units::deg;
+using units::mm;
+
+/// What the Hall sensor reads at a joint angle: [plaskos2006] eq. 4.1 solved for C.
+double hall(double joint, double gear, double zero) { return zero + gear * joint; }
+
+Json angles(const robot::JointAngles& joints) {
+  return {{"theta1_deg", joints.theta1 / deg}, {"theta2_deg", joints.theta2 / deg}};
+}
+
+Json document_of(const io::RobotPositionCase& c, const robot::Vector2& axis,
+                 const std::vector<robot::SequenceStep>& steps) {
+  Json document;
+  document["axis_position_mm"] = millimetres(axis);
+  document["cuts"] = Json::array();
+  bool all = true;
+  for (const robot::SequenceStep& step : steps) {
+    Json one;
+    one["cut"] = robot::name(step.cut);
+    one["reachable"] = step.reachable;
+    one["joints"] = angles(step.joints);
+    one["hall_deg"] = {{"h1", hall(step.joints.theta1, c.gear1, c.zero1) / deg},
+                       {"h2", hall(step.joints.theta2, c.gear2, c.zero2) / deg}};
+    one["second_axis_mm"] = millimetres(step.pose.X1);
+    one["guide_tip_mm"] = millimetres(step.pose.X2);
+    one["gap_mm"] = step.gap / mm;
+    one["slide_mm"] = std::min(std::max(0.0, step.gap), c.robot.slide_stroke) / mm;
+    one["collides"] = step.collides;
+    const robot::GuidePlay play = robot::guide_play(c.robot, step.joints, c.play1, c.play2);
+    one["play"] = {{"angle_deg", play.angle / deg}, {"normal_mm", play.normal / mm}};
+    one["singularity_distance"] =
+        std::abs(robot::plane_determinant(c.robot, step.joints)) / c.robot.link1;
+    one["path_found"] = step.path_found;
+    one["path"] = Json::array();
+    for (const robot::JointAngles& point : step.path) one["path"].push_back(angles(point));
+    one["trouble"] = step.trouble;
+    all = all && step.trouble.empty();
+    document["cuts"].push_back(one);
+  }
+  document["feasible"] = all;
+  return document;
+}
+
+std::vector<std::vector<std::string>> rows_of(const io::RobotPositionCase& c,
+                                              const std::vector<robot::SequenceStep>& steps) {
+  std::vector<std::vector<std::string>> rows = {{"cut", "theta1, deg", "theta2, deg", "H1, deg",
+                                                 "H2, deg", "gap, mm", "play, deg", "play, mm",
+                                                 "way points", "trouble"}};
+  for (const robot::SequenceStep& step : steps) {
+    const robot::GuidePlay play = robot::guide_play(c.robot, step.joints, c.play1, c.play2);
+    rows.push_back({robot::name(step.cut), fixed(step.joints.theta1 / deg, 2),
+                    fixed(step.joints.theta2 / deg, 2),
+                    fixed(hall(step.joints.theta1, c.gear1, c.zero1) / deg, 0),
+                    fixed(hall(step.joints.theta2, c.gear2, c.zero2) / deg, 0),
+                    fixed(step.gap / mm, 2), fixed(play.angle / deg, 2), fixed(play.normal / mm, 2),
+                    fmt::format("{}", step.path.size()),
+                    step.trouble.empty() ? "-" : step.trouble});
+  }
+  return rows;
+}
+
+void run(const CaseArguments& arguments) {
+  for (const io::CaseRun& one : io::read_case(arguments.case_file, arguments.overrides)) {
+    io::RobotPositionCase c;
+    io::Section::read(one, [&](io::Section& section) { io::bind_robot_position(section, c); });
+    const io::Implant implant = io::implant_of(c.implant);
+    warn_of_assumed(implant.name, implant.obtained);
+    const robot::CutOptions cuts{c.options.distal_overhang, c.robot.tool_thickness};
+    const auto lines = robot::cut_lines(implant.profile, cuts);
+    robot::Vector2 axis;
+    robot::PerCut<robot::Branch> branches;
+    if (c.axis_x && c.axis_y) {
+      axis = {*c.axis_x, *c.axis_y};
+      branches = robot::gaps_at(c.robot, lines, axis, c.options.placement.branch).branches;
+    } else {
+      const robot::Placement placement = robot::place(c.robot, lines, c.options.placement);
+      if (!placement.feasible) throw NoSolution(placement.reason);
+      axis = placement.axis_position;
+      branches = placement.branches;
+    }
+    const double cover = c.bone_cover > 0.0 ? c.bone_cover : cuts.distal_overhang / std::sqrt(2.0);
+    const robot::BoneOutline bone = robot::generic_bone(implant.profile, cover);
+    const auto steps =
+        robot::plan_sequence(c.robot, implant.profile, cuts, bone, axis, branches, c.sequence);
+    const Json document = document_of(c, axis, steps);
+    print_result(arguments, document, rows_of(c, steps));
+    if (!arguments.directory.empty()) {
+      const std::string title =
+          fmt::format("{}, L1 {:g} mm, L2 {:g} mm, tool {:g} mm", implant.name, c.robot.link1 / mm,
+                      c.robot.link2 / mm, c.robot.tool_thickness / mm);
+      for (const char* file : {"poses.svg", "poses.png"}) {
+        io::draw_poses(implant.profile, cuts, bone, axis, steps, title, arguments.directory / file);
+      }
+    }
+    for (const robot::SequenceStep& step : steps) {
+      if (!step.trouble.empty()) {
+        throw NoSolution(fmt::format("{} cut: {}", robot::name(step.cut), step.trouble));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void add_robot_position(CLI::App& program) {
+  auto arguments = std::make_shared<CaseArguments>();
+  CLI::App* command =
+      add_robot_command(program, "position", "joint targets of each cut and the way between them");
+  add_case_arguments(*command, *arguments);
+  command->callback([arguments] { run(*arguments); });
+}
+
+void bind_robot_position(io::Section& section) {
+  io::RobotPositionCase c;
+  io::bind_robot_position(section, c);
+}
+
+}  // namespace osteomill::cli
