@@ -98,7 +98,7 @@ class Browser:
     def open(self, address, width=1280, height=900, scheme="light"):
         target = self.send("Target.createTarget", url="about:blank")["targetId"]
         session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        page = self.pages[session] = Page(self, session)
+        page = self.pages[session] = Page(self, session, target)
         for domain in ("Page", "Runtime", "Log", "Network"):
             page.send(f"{domain}.enable")
         page.resize(width, height)
@@ -109,13 +109,16 @@ class Browser:
 
 
 class Page:
-    def __init__(self, browser, session):
-        self.browser, self.session = browser, session
+    def __init__(self, browser, session, target):
+        self.browser, self.session, self.target = browser, session, target
         self.complaints = []  # errors and warnings of the console, exceptions
         self.requests = []  # every address that was asked for
 
     def send(self, method, **parameters):
         return self.browser.send(method, self.session, **parameters)
+
+    def close(self):
+        self.browser.send("Target.closeTarget", targetId=self.target)
 
     def happened(self, method, what):
         if method == "Runtime.exceptionThrown":
@@ -180,6 +183,10 @@ class Page:
         for step in range(1, 6):
             self.mouse("mouseMoved", x + dx * step / 5, y + dy * step / 5, button)
         self.mouse("mouseReleased", x + dx, y + dy, button, 1)
+
+    def key(self, name):
+        for kind in ("keyDown", "keyUp"):
+            self.send("Input.dispatchKeyEvent", type=kind, key=name, code=name)
 
     def screenshot(self, path, whole=False):
         picture = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=whole)

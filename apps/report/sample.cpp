@@ -169,6 +169,11 @@ io::ReportData slot() {
                                  .cutting_length = 10 * units::mm};
   scene.path_value_limit = 30.0;
   data.scene = scene;
+  data.pictures = {{"The plate with its slot, from above",
+                    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 600 300' width='600'>"
+                    "<rect width='600' height='300' fill='#e9dfc9'/><rect x='100' y='135' "
+                    "width='400' height='30' rx='15' fill='#b98d6b'/></svg>",
+                    true}};
   data.expanded_case =
       "{\n  \"cutter\": {\n    \"shape\": \"cylindrical\",\n    \"diameter_mm\": 3,\n    "
       "\"flutes\": 2\n  },\n  \"note\": \"</script><b>&amp; not markup</b>\"\n}";
@@ -195,7 +200,7 @@ io::ReportData sections() {
       "measured", {1, 2, 7, 13}, {8, 11, 24, 35}, io::ReportSeries::Style::points};
   io::ReportSeries law{
       "law", {1, 2, 4, 7, 13}, {7.5, 11.4, 17, 24.2, 34}, io::ReportSeries::Style::line};
-  io::ReportSeries bars{"force", {1, 2, 3}, {12, 20, 5}, io::ReportSeries::Style::bars};
+  io::ReportSeries bars{"force", {0, 1, 2}, {12, 20, 5}, io::ReportSeries::Style::bars};
   const std::string svg =
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 120 60'><circle cx='60' cy='30' r='20' "
       "fill='none' stroke='#0b6aa8'/></svg>";
@@ -211,7 +216,7 @@ io::ReportData sections() {
                         {law, measured},
                         {},
                         "Both axes are logarithmic."},
-        io::ReportChart{"", {"tool", ""}, {"force", "N"}, {bars}},
+        io::ReportChart{"", {"tool", "", false, {"A", "B", "C"}}, {"force", "N"}, {bars}},
         io::ReportTable{
             "Means",
             {{"component"}, {"mean", "N", 2}, {"peak", "N", 2}},

@@ -72,7 +72,10 @@ Json table_json(const ReportTable& table) {
 }
 
 Json axis_json(const ReportAxis& axis) {
-  return {{"label", axis.label}, {"unit", axis.unit}, {"logarithmic", axis.logarithmic}};
+  return {{"label", axis.label},
+          {"unit", axis.unit},
+          {"logarithmic", axis.logarithmic},
+          {"categories", axis.categories}};
 }
 
 Json chart_json(const ReportChart& chart, std::size_t most) {

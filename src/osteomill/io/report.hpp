@@ -38,7 +38,7 @@ struct ReportTable {
 struct ReportSeries {
   enum class Style { line, points, line_and_points, bars };
   std::string name;
-  std::vector<double> x;
+  std::vector<double> x;  ///< bars stand at 0, 1, 2, ...
   std::vector<double> y;  ///< as long as x; NaN is a gap
   Style style = Style::line;
 };
@@ -47,6 +47,7 @@ struct ReportAxis {
   std::string label;
   std::string unit = {};
   bool logarithmic = false;
+  std::vector<std::string> categories = {};  ///< of an x axis: words in place of 0, 1, 2, ...
 };
 
 struct ReportChart {

@@ -12,7 +12,7 @@ interface Packed {
 export interface Column { name: string; unit: string; digits: number; bars: boolean; about: string }
 export type Cell = number | string | null
 export interface Table { caption: string; columns: Column[]; rows: Cell[][] }
-export interface Axis { label: string; unit: string; logarithmic: boolean }
+export interface Axis { label: string; unit: string; logarithmic: boolean; categories: string[] }
 export interface Limit { name: string; value: number }
 export type SeriesStyle = 'line' | 'points' | 'line-and-points' | 'bars'
 

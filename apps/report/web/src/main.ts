@@ -137,7 +137,8 @@ async function start() {
       event.preventDefault()
       player.toggle()
     })
-    Object.assign(window, { osteomill: { player, drawn: () => scene?.drawn() } })
+    // What the tests of the page look at.
+    Object.assign(window, { osteomill: { player, drawn: () => scene?.drawn(), zoom: () => charts.ranges() } })
   }
   for (const section of report.sections) main.append(section_view(section, redraws))
   const pictures = report.pictures.filter((p) => !p.sceneView || !has_scene(report))

@@ -29,15 +29,29 @@ export function picture_view(picture: Picture): HTMLElement {
     el('figcaption', {}, picture.caption))
 }
 
+/** Charts and pictures that follow each other share a row where there is room. */
+function beside_each_other(blocks: Section['blocks']): Section['blocks'][] {
+  const groups: Section['blocks'][] = []
+  for (const block of blocks) {
+    const kind = groups.at(-1)?.[0].kind
+    if (block.kind === kind && (kind === 'chart' || kind === 'picture')) groups.at(-1)!.push(block)
+    else groups.push([block])
+  }
+  return groups
+}
+
 export function section_view(section: Section, redraws: (() => void)[]): HTMLElement {
   return el('section', { class: 'card' }, el('h2', {}, section.heading),
-    ...section.blocks.map((block) => {
-      if (block.kind === 'paragraph') return el('p', {}, block.text)
-      if (block.kind === 'table') return table_view(block.table)
-      if (block.kind === 'picture') return picture_view(block.picture)
-      const chart = xy_chart(block.chart)
-      redraws.push(chart.redraw)
-      return chart.element
+    ...beside_each_other(section.blocks).map((blocks) => {
+      const views = blocks.map((block) => {
+        if (block.kind === 'paragraph') return el('p', {}, block.text)
+        if (block.kind === 'table') return table_view(block.table)
+        if (block.kind === 'picture') return picture_view(block.picture)
+        const chart = xy_chart(block.chart)
+        redraws.push(chart.redraw)
+        return chart.element
+      })
+      return views.length > 1 ? el('div', { class: 'side-by-side' }, ...views) : views[0]
     }))
 }
 
@@ -71,8 +85,7 @@ export function case_view(text: string): HTMLElement {
 export function foot(report: Report): HTMLElement {
   const licences = document.getElementById('licences')?.textContent ?? ''
   return el('footer', {},
-    el('p', {}, [report.program, report.created].filter(Boolean).join(' · '),
-      ' · research use only, no medical device'),
+    el('p', {}, [report.program, report.created, 'research use only, no medical device'].filter(Boolean).join(' · ')),
     el('details', {}, el('summary', {}, 'Software within this page and its licences'),
       el('pre', { tabindex: 0 }, licences.trim())))
 }

@@ -22,21 +22,23 @@ function stock_material(part: 'before' | 'after', uniforms: Record<string, THREE
     Object.assign(shader.uniforms, uniforms)
     shader.vertexShader = shader.vertexShader
       .replace('#include <common>', `#include <common>
-        attribute float reach; attribute vec3 mapped; varying float vReach; varying vec3 vMapped;`)
+        attribute float reach; attribute vec3 mapped; centroid varying float vReach; varying vec3 vMapped;`)
       .replace('#include <begin_vertex>', `#include <begin_vertex>
         vReach = reach; vMapped = mapped;`)
     const hide = part === 'before' ? 'vReach <= time' : 'vReach > time'
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>
-        varying float vReach; varying vec3 vMapped;
-        uniform float time, never, mapping; uniform vec3 bone, fresh, inside;`)
+        centroid varying float vReach; varying vec3 vMapped;
+        uniform float time, cut, mapping; uniform vec3 bone, fresh, inside;`)
       .replace('#include <color_fragment>', `#include <color_fragment>
         if (${hide}) discard;
-        bool is_cut = ${part === 'after' ? 'vReach < 0.5 * never' : 'false'};
+        bool is_cut = ${part === 'after' ? 'vReach < cut' : 'false'};
         diffuseColor.rgb = is_cut ? mix(fresh, vMapped, mapping) : bone;`)
       .replace('#include <opaque_fragment>', `#include <opaque_fragment>
         if (!gl_FrontFacing) gl_FragColor = vec4(inside, gl_FragColor.a);`)
   }
+  // Two programs: three would take the source of this function for all that matters.
+  material.customProgramCacheKey = () => part
   return material
 }
 
@@ -102,7 +104,7 @@ export class SceneView {
   private readonly triad_camera = new THREE.PerspectiveCamera(30, 1, 0.1, 50)
   private readonly content = new THREE.Group()
   private readonly uniforms = {
-    time: { value: 0 }, never: { value: 1e9 }, mapping: { value: 1 },
+    time: { value: 0 }, cut: { value: 0 }, mapping: { value: 1 },
     bone: { value: new THREE.Color(0xe9dfc9) }, fresh: { value: new THREE.Color(0xd98f6a) },
     inside: { value: new THREE.Color(0xb98d6b) },
   }
@@ -231,12 +233,11 @@ export class SceneView {
     const count = mesh.position[0].length
     const position = new Float32Array(3 * count)
     for (let i = 0; i < count; ++i) for (let a = 0; a < 3; ++a) position[3 * i + a] = mesh.position[a][i]
-    const never = this.uniforms.never.value
     const reached = new Float32Array(count)
     const mapped = new Float32Array(3 * count)
     for (let i = 0; i < count; ++i) {
       const at = reach ? reach[i] : NaN
-      reached[i] = Number.isNaN(at) ? never : at
+      reached[i] = Number.isNaN(at) ? this.never : at
       if (part === 'after' && !Number.isNaN(at) && run.path) {
         const value = run.path.value[index_at(run.path.time, at)]
         mapped.set(mapped_colour(value / this.largest), 3 * i)
@@ -254,13 +255,16 @@ export class SceneView {
   }
 
   private largest = 1
+  private never = 1
 
   show(run: Run) {
     if (this.failure) return
     this.run = run
-    // Far enough behind the end to tell from a time in spite of rounding.
-    const never = 1e3 + 10 * (run.path ? run.path.time[run.path.time.length - 1] : 0)
-    this.uniforms.never.value = never
+    // "Never" lies behind the end of the run, but not so far that it tears the triangles between
+    // what the cutter reached and what it did not.
+    const [start, end] = run.path ? [run.path.time[0], run.path.time[run.path.time.length - 1]] : [0, 0]
+    this.never = end + (end - start) + 1
+    this.uniforms.cut.value = 0.5 * (this.never + end)
     // One scale for all runs, so that their colours can be compared.
     this.largest = Math.max(1e-9, this.report.scene?.valueLimit ?? 0)
     for (const { path } of this.report.runs)
@@ -287,8 +291,9 @@ export class SceneView {
     if (this.box.isEmpty() && run.path)
       for (let i = 0; i < run.path.time.length; ++i) this.box.expandByPoint(place_mm(run.path, i))
     const size = this.box.getSize(new THREE.Vector3())
-    this.caption.textContent = `${reading(size.x)} × ${reading(size.y)} × ${reading(size.z)} mm. ` +
-      'Drag to turn, wheel to zoom, right button to move; arrow keys and + − when the view has the focus.'
+    this.caption.replaceChildren(`${reading(size.x)} × ${reading(size.y)} × ${reading(size.z)} mm. `,
+      el('span', { class: 'screen-only' },
+        'Drag to turn, wheel to zoom, right button to move; arrow keys and + − when the view has the focus.'))
     this.canvas.setAttribute('aria-label',
       `${run.name}: stock of ${reading(size.x)} by ${reading(size.y)} by ${reading(size.z)} mm, ` +
       `path coloured by ${this.report.scene?.valueName}`)
@@ -403,12 +408,11 @@ export class SceneView {
     const run = this.run
     if (!run || this.failure) return
     const at = this.player.shown
-    const never = this.uniforms.never.value
     // At the end only the finished surface is shown, which knows all that was cut.
     const finished = this.after !== null && (this.stage === 'after' || (this.stage === 'now' && at >= this.player.end))
     const none = -1e9
-    this.uniforms.time.value = this.stage === 'before' || !this.after ? none : finished ? never + 1 : at
-    this.after_uniforms.time.value = this.stage === 'before' ? none : finished ? never + 1 : at
+    this.uniforms.time.value = this.stage === 'before' || !this.after ? none : finished ? this.never + 1 : at
+    this.after_uniforms.time.value = this.stage === 'before' ? none : finished ? this.never + 1 : at
     if (this.before) this.before.visible = !finished && this.opacity > 0.01
     if (this.after) this.after.visible = this.stage !== 'before' && this.opacity > 0.01
     const path = run.path
@@ -464,8 +468,8 @@ export class SceneView {
   }
 
   /** For the tests of the page: what is being drawn. */
-  drawn(): { triangles: number; stage: Stage; cutter: number[] } {
-    return { triangles: this.renderer?.info.render.triangles ?? 0, stage: this.stage,
-      cutter: this.cutter?.position.toArray() ?? [] }
+  drawn(): { stage: Stage; cutter: number[]; camera: number[] } {
+    return { stage: this.stage, cutter: this.cutter?.position.toArray() ?? [],
+      camera: this.camera.position.toArray() }
   }
 }

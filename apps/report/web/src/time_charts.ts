@@ -7,7 +7,7 @@ import { el, on_resize, reading } from './dom'
 import type { Player } from './player'
 
 const axis_width = 58
-const right_margin = 14
+const right_margin = 20
 
 type Values = (number | null)[]
 
@@ -159,7 +159,7 @@ export class TimeCharts {
           grid: { stroke: colours.grid, width: 1 }, ticks: { show: false },
           values: (_, ticks) => ticks.map((v) => (last ? `${v} s` : '')) },
         { size: axis_width, stroke: colours.muted, font: '12px system-ui, sans-serif', gap: 6,
-          grid: { stroke: colours.grid, width: 1 }, ticks: { show: false }, space: 34,
+          grid: { stroke: colours.grid, width: 1 }, ticks: { show: false }, space: 26,
           values: (_, ticks) => ticks.map((v) => String(v).replace('-', '−')) },
       ],
       series: order.map((k) => series[k]),
@@ -233,6 +233,7 @@ export class TimeCharts {
     ctx.beginPath()
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height)
     ctx.clip()
+    ctx.textBaseline = 'alphabetic'
     ctx.font = `${11 * px}px system-ui, sans-serif`
     ctx.lineWidth = 1.2 * px
     ctx.setLineDash([6 * px, 4 * px])
@@ -331,6 +332,11 @@ export class TimeCharts {
       this.show_time()
     })
     this.reset.hidden = zoom === null
+  }
+
+  /** For the tests of the page: the time that each chart shows. */
+  ranges(): (number | undefined)[][] {
+    return this.panels.map(({ plot }) => [plot.scales.x.min, plot.scales.x.max])
   }
 
   private show_time() {

@@ -41,8 +41,10 @@ export function xy_chart(chart: Chart): { element: HTMLElement; redraw: () => vo
     place, chart.about ? el('figcaption', {}, chart.about) : null)
   let plot: uPlot | null = null
   const bars = chart.series.some((s) => s.style === 'bars')
-  const x_range = widened(extent(chart.series.map((s) => s.x), [], chart.x.logarithmic),
-    chart.x.logarithmic, bars ? 0.08 : 0.02)
+  const categories = chart.x.categories
+  const x_range: [number, number] = categories.length || bars
+    ? [-0.6, Math.max(categories.length, ...chart.series.map((s) => s.x.length)) - 0.4]
+    : widened(extent(chart.series.map((s) => s.x), [], chart.x.logarithmic), chart.x.logarithmic, 0.02)
   const y_range = widened(extent(chart.series.map((s) => s.y),
     [...chart.limits.map((l) => l.value), ...(bars ? [0] : [])], chart.y.logarithmic),
   chart.y.logarithmic, 0.06)
@@ -81,13 +83,14 @@ export function xy_chart(chart: Chart): { element: HTMLElement; redraw: () => vo
       }
       if (series.style === 'bars') {
         const groups = chart.series.filter((s) => s.style === 'bars')
-        const width = (0.7 * bbox.width) / Math.max(series.x.length, 1) / groups.length / 1.16
+        const width = (0.7 * (u.valToPos(1, 'x', true) - u.valToPos(0, 'x', true))) / groups.length
         const offset = (groups.indexOf(series) - (groups.length - 1) / 2) * width
         const zero = u.valToPos(0, 'y', true)
         for (let i = 0; i < series.x.length; ++i)
           ctx.fillRect(x(i) + offset - width / 2, y(i), width, zero - y(i))
       }
     })
+    ctx.textBaseline = 'alphabetic'
     ctx.font = `${11 * px}px system-ui, sans-serif`
     ctx.textAlign = 'right'
     ctx.setLineDash([6 * px, 4 * px])
@@ -128,13 +131,15 @@ export function xy_chart(chart: Chart): { element: HTMLElement; redraw: () => vo
         x: { time: false, distr: chart.x.logarithmic ? 3 : 1, range: () => x_range },
         y: { distr: chart.y.logarithmic ? 3 : 1, range: () => y_range },
       },
-      axes: [{ ...axis(named(chart.x)), size: 30 }, { ...axis(named(chart.y)), size: 52 }],
+      axes: [{ ...axis(named(chart.x)), size: 30, ...(categories.length ? {
+        splits: () => categories.map((_, i) => i), values: () => categories,
+      } : {}) }, { ...axis(named(chart.y)), size: 52 }],
       series: [{}, { show: true, stroke: 'transparent', points: { show: false } }],
       hooks: {
         draw: [draw],
         setCursor: [(u) => {
           const { left, top } = u.cursor
-          if (left == null || left < 0) pointed.textContent = ''
+          if (left == null || left < 0 || categories.length) pointed.textContent = ''
           else pointed.textContent = `${reading(u.posToVal(left, 'x'))} ${chart.x.unit} · ` +
             `${reading(u.posToVal(top!, 'y'))} ${chart.y.unit}`
         }],
