@@ -21,6 +21,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr float kToMm = static_cast<float>(1.0 / units::mm);
+constexpr std::size_t kMostPlaces = 5000;  // of a path: more than the view has pixels along it
 
 Json floats(std::span<const double> values) {
   return {{"type", "f32"}, {"count", values.size()}, {"data", pack_floats(values)}};
@@ -256,7 +257,7 @@ Json page_json(const ReportData& data, const ReportOptions& options) {
       const ReportRun& run = data.runs[i];
       Json& to = json["runs"][i];
       const bool moves = !run.path.time_s.empty();
-      if (moves) to["path"] = path_json(run.path, 20'000);
+      if (moves) to["path"] = path_json(run.path, kMostPlaces);
       const bool reaches = moves && data.scene->cutter;
       if (reaches && !before.triangles.empty())
         to["beforeReach"] = reach_json(before, run.path, *data.scene->cutter);

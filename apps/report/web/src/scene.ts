@@ -16,8 +16,7 @@ type Stage = 'before' | 'now' | 'after'
 /** Surfaces of stock: drawn only where the cutter has come by (or not yet), with a flat inside so
  *  that an open surface reads as a cut through solid bone. */
 function stock_material(part: 'before' | 'after', uniforms: Record<string, THREE.IUniform>) {
-  const material = new THREE.MeshStandardMaterial({
-    color: 0xffffff, roughness: 0.82, metalness: 0, side: THREE.DoubleSide })
+  const material = new THREE.MeshLambertMaterial({ color: 0xffffff, side: THREE.DoubleSide })
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms)
     shader.vertexShader = shader.vertexShader
@@ -67,7 +66,7 @@ function cutter_model(cutter: Cutter): THREE.Group {
     new THREE.Vector2(cutter.radius * 0.92, length + 0.05 * cutter.radius),
     new THREE.Vector2(cutter.radius * 0.92, length + shank), new THREE.Vector2(0, length + shank)]
   const body = new THREE.Mesh(new THREE.LatheGeometry(profile, 40),
-    new THREE.MeshStandardMaterial({ color: 0xb9c4cd, roughness: 0.3, metalness: 0.55,
+    new THREE.MeshPhongMaterial({ color: 0x9fb0bd, specular: 0x8899a5, shininess: 60,
       transparent: true, opacity: 0.62, side: THREE.DoubleSide }))
   body.rotation.x = Math.PI / 2
   group.add(body)
@@ -352,7 +351,7 @@ export class SceneView {
   private set_opacity() {
     for (const part of [this.before, this.after]) {
       if (!part) continue
-      const material = part.material as THREE.MeshStandardMaterial
+      const material = part.material as THREE.MeshLambertMaterial
       material.transparent = this.opacity < 1
       material.opacity = this.opacity
       part.visible = this.opacity > 0.01
