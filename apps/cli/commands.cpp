@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command.hpp"
 #include "osteomill/io/force_case.hpp"
+#include "osteomill/io/study_case.hpp"
 
 namespace osteomill::cli {
 
@@ -13,6 +14,7 @@ void add_schema(CLI::App& program);
 void bind_robot_place(io::Section& section);
 void bind_robot_position(io::Section& section);
 void bind_robot_size(io::Section& section);
+void add_study(CLI::App& program);
 
 const std::vector<Command>& commands() {
   static const std::vector<Command> list = {
@@ -22,6 +24,7 @@ const std::vector<Command>& commands() {
       {"robot position", add_robot_position, bind_robot_position},
       {"robot size", add_robot_size, bind_robot_size},
       {"schema", add_schema, {}},
+      {"study", add_study, io::bind_study},
   };
   return list;
 }

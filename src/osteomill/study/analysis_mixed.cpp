@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/study/slice.hpp"
+
+namespace osteomill::study {
+namespace {
+
+struct FixedColumns {
+  Eigen::MatrixXd x;
+  std::vector<std::string> names;
+  std::vector<Eigen::Index> first;  ///< of each term, and the end
+};
+
+Eigen::Index rank_of(const Eigen::MatrixXd& x) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(1e-9);
+  qr.compute(x);
+  return qr.rank();
+}
+
+/// Factors with the largest order of interactions that the cells allow, then the covariates.
+FixedColumns fixed_columns(const Slice& slice) {
+  const std::vector<Factor> factors = slice.factors();
+  const int rows = static_cast<int>(slice.y.size());
+  for (int order = static_cast<int>(factors.size()); order >= 0; --order) {
+    FixedColumns c;
+    std::vector<ModelTerm> terms = factorial_terms(factors, rows, order);
+    for (const Covariate& covariate : slice.covariates) {
+      terms.push_back(
+          {covariate.name, 0, Eigen::MatrixXd(covariate.value.array() - covariate.value.mean())});
+    }
+    Eigen::Index width = 0;
+    for (const ModelTerm& term : terms) width += term.columns.cols();
+    c.x.resize(rows, width);
+    Eigen::Index at = 0;
+    for (const ModelTerm& term : terms) {
+      c.names.push_back(term.name);
+      c.first.push_back(at);
+      c.x.middleCols(at, term.columns.cols()) = term.columns;
+      at += term.columns.cols();
+    }
+    c.first.push_back(at);
+    if (width < rows - 1 && rank_of(c.x) == width) return c;
+  }
+  throw InvalidInput(Fault{"mixed model", fmt::format("{} rows", rows),
+                           "the covariates leave nothing to fit", "leave one out"});
+}
+
+bool same_partition(const Factor& a, const Factor& b) {
+  return combined({a, b}, static_cast<int>(a.level.size())).levels.size() ==
+         std::max(a.levels.size(), b.levels.size());
+}
+
+/// Random intercepts: subject, other random factors, and subject x factors within when cells
+/// repeat.
+std::vector<Factor> random_factors(const Slice& slice) {
+  std::vector<Factor> random;
+  const int rows = static_cast<int>(slice.y.size());
+  const auto useful = [&](const Factor& f) {
+    return f.levels.size() >= 2 && f.levels.size() < static_cast<size_t>(rows) &&
+           std::none_of(
+               random.begin(), random.end(),
+               [&](const Factor& other) {
+                 return other.levels.size() == f.levels.size() && same_partition(other, f);
+               });
+  };
+  if (slice.subject && useful(*slice.subject)) random.push_back(*slice.subject);
+  if (!random.empty() && !slice.within.empty()) {
+    std::vector<Factor> parts = slice.within;
+    parts.insert(parts.begin(), *slice.subject);
+    Factor crossed = combined(parts, rows);
+    if (useful(crossed)) random.push_back(std::move(crossed));
+  }
+  for (const Factor& f : slice.random) {
+    if (useful(f)) random.push_back(f);
+  }
+  return random;
+}
+
+bool balanced(const Slice& slice) {
+  std::vector<Factor> parts = slice.within;
+  if (slice.subject) parts.insert(parts.begin(), *slice.subject);
+  size_t crossing = slice.subject ? slice.subject->levels.size() : 1;
+  for (const Factor& f : slice.within) crossing *= f.levels.size();
+  return crossing == static_cast<size_t>(slice.y.size()) &&
+         combined(parts, static_cast<int>(slice.y.size())).levels.size() == crossing;
+}
+
+MixedModelData model_data(const Slice& slice, const FixedColumns& columns) {
+  return {slice.y, columns.x, random_factors(slice)};
+}
+
+}  // namespace
+
+void report_mixed_model(const Slice& slice, StudyReport& report) {
+  if (!slice.subject || slice.subject->levels.size() < 2 || slice.y.size() < 6) return;
+  const FixedColumns columns = fixed_columns(slice);
+  const MixedModelData data = model_data(slice, columns);
+  if (data.random.empty()) return;
+  const MixedModel fit =
+      fit_mixed_model(data, {.confidence = report.design.confidence, .intervals = true});
+  if (!fit.converged) {
+    report.findings.push_back({fmt::format("{}: mixed model: {}", slice.response, fit.reason),
+                               "its components and tests are left out",
+                               {}});
+    return;
+  }
+  const bool with_covariates = !slice.covariates.empty();
+  if (!with_covariates) {
+    for (const VarianceComponent& component : fit.components) {
+      ComponentRecord record{slice.response, component};
+      if (component.name == "residual") record.component.name = "cut (residual)";
+      report.components.push_back(std::move(record));
+    }
+  }
+  if (balanced(slice) && !with_covariates) return;  // the same as the analysis of variance
+  for (size_t t = 0; t + 1 < columns.first.size(); ++t) {
+    if (columns.names[t] == "(Intercept)") continue;
+    const Eigen::Index width = columns.first[t + 1] - columns.first[t];
+    Eigen::MatrixXd contrast = Eigen::MatrixXd::Zero(width, columns.x.cols());
+    contrast.middleCols(columns.first[t], width).setIdentity();
+    const MixedModelTest test = test_fixed_effect(data, fit, contrast);
+    report.tests.push_back({.name = with_covariates ? "mixed-model ANCOVA" : "mixed model",
+                            .response = slice.response,
+                            .term = columns.names[t],
+                            .statistic_name = "F",
+                            .statistic = test.f,
+                            .df1 = test.df1,
+                            .df2 = test.df2,
+                            .p = test.p,
+                            .corrections = {},
+                            .estimate = {},
+                            .interval = {}});
+  }
+}
+
+void report_contributions(const Slice& slice, const Slice& with_movement, StudyReport& report) {
+  if (!slice.subject || slice.subject->levels.size() < 2 || slice.y.size() < 6) return;
+  const FixedColumns columns = fixed_columns(slice);
+  const MixedModelData data = model_data(slice, columns);
+  if (data.random.empty()) return;
+  const MixedModel fit = fit_mixed_model(data, {.intervals = false});
+  std::vector<ContributionRecord> parts;
+  double left = 0.0;
+  for (const VarianceComponent& component : fit.components) {
+    if (component.name == "residual") {
+      left = component.sd * component.sd;
+    } else {
+      parts.push_back({slice.response, component.name, component.sd * component.sd, 0.0});
+    }
+  }
+  const auto take = [&](const std::string& source, double variance) {
+    variance = std::clamp(variance, 0.0, left);
+    parts.push_back({slice.response, source, variance, 0.0});
+    left -= variance;
+  };
+  if (!with_movement.covariates.empty() && with_movement.y.size() >= 6 &&
+      with_movement.subject->levels.size() >= 2) {
+    // What the residual loses when the guide's movement is known, on the rows that know it.
+    Slice without = with_movement;
+    without.covariates.clear();
+    const auto residual = [&](const Slice& s) {
+      const MixedModel model =
+          fit_mixed_model(model_data(s, fixed_columns(s)), {.intervals = false});
+      return model.components.back().sd * model.components.back().sd;
+    };
+    const double before = residual(without), after = residual(with_movement);
+    take("guide movement", left * (1.0 - after / before));
+  }
+  if (const auto known = report.design.measurement_sd.find(slice.response);
+      known != report.design.measurement_sd.end()) {
+    take("measurement", known->second * known->second);
+  }
+  parts.push_back({slice.response, "cut (rest)", left, 0.0});
+  double total = 0.0;
+  for (const ContributionRecord& part : parts) total += part.variance;
+  for (ContributionRecord& part : parts) {
+    part.share = total > 0.0 ? part.variance / total : 0.0;
+    report.contributions.push_back(part);
+  }
+}
+
+}  // namespace osteomill::study
