@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command.hpp"
 #include "osteomill/io/force_case.hpp"
+#include "osteomill/io/simulate_case.hpp"
 #include "osteomill/io/study_case.hpp"
 
 namespace osteomill::cli {
@@ -11,6 +12,7 @@ void add_robot_place(CLI::App& program);
 void add_robot_position(CLI::App& program);
 void add_robot_size(CLI::App& program);
 void add_schema(CLI::App& program);
+void add_simulate(CLI::App& program);
 void bind_robot_place(io::Section& section);
 void bind_robot_position(io::Section& section);
 void bind_robot_size(io::Section& section);
@@ -25,6 +27,7 @@ const std::vector<Command>& commands() {
       {"robot size", add_robot_size, bind_robot_size},
       {"schema", add_schema, {}},
       {"study", add_study, io::bind_study},
+      {"simulate", add_simulate, io::bind_simulate_keys},
   };
   return list;
 }

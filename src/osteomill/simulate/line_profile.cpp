@@ -206,6 +206,7 @@ void LineProfileWorkpiece::mill(const Motion& motion, Cut& cut) {
       ++touching;
     }
   }
+  cut.direction_W = start.direction_W;
   cut.material = touching == 0 ? 0.0 : gains / touching;
 }
 

@@ -105,11 +105,11 @@ Report Milling::advance(const FeedRequest& request) {
   angle_ = std::fmod(angle_, 2.0 * std::numbers::pi);
   cut_.removed_volume = 0.0;
   cut_.material = 0.0;
-  workpiece_.mill({from, positions_, feeds_, angles_, sample_time}, cut_);
+  workpiece_.mill({from, positions_, feeds_, angles_, sample_time, machine_.spindle_speed}, cut_);
 
   const Place place = workpiece_.at(from);
   Step step;
-  step.time = start_time + static_cast<double>(count) * sample_time;
+  step.time = static_cast<double>(steps_.size() + 1) * machine_.period;
   step.line = place.line;
   step.command = request.feed;
   step.mode = request.mode;
@@ -122,7 +122,7 @@ Report Milling::advance(const FeedRequest& request) {
     step.mean_force_W += cut_.forces_W[i] / static_cast<double>(count);
     step.mean_torque += cut_.torques[i] / static_cast<double>(count);
     step.peak_force = std::max(step.peak_force, force);
-    step.feed_work -= cut_.forces_W[i].dot(place.direction_W) * feeds_[i] * sample_time;
+    step.feed_work -= cut_.forces_W[i].dot(cut_.direction_W) * feeds_[i] * sample_time;
     step.spindle_work += cut_.torques[i] * machine_.spindle_speed * sample_time;
     if (force > force_limit_) step.time_above_limit += sample_time;
     if (cut_.contacts[i] != 0) {

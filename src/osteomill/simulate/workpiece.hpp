@@ -15,6 +15,7 @@ struct Motion {
   std::span<const double> feeds;      ///< m/s
   std::span<const double> angles;     ///< of the spindle, rad
   double sample_time = 0.0;           ///< s
+  double spindle_speed = 0.0;         ///< rad/s
 };
 
 /// What the tool met there. The vectors have one element a sample.
@@ -22,8 +23,9 @@ struct Cut {
   std::vector<geometry::Vector3> forces_W;  ///< on the tool, N
   std::vector<double> torques;              ///< that the spindle has to give, N m
   std::vector<char> contacts;               ///< 1 where the cutter touches bone, else 0
-  double removed_volume = 0.0;              ///< over the period, m³
-  double material = 0.0;                    ///< mean over what is in contact; 0 in air
+  geometry::Vector3 direction_W = geometry::Vector3::UnitX();  ///< of the feed, unit
+  double removed_volume = 0.0;                                 ///< over the period, m³
+  double material = 0.0;  ///< mean over what is in contact; 0 in air
 };
 
 /// A place on the path.

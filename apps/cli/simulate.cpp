@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <chrono>
+#include <set>
+
+#include "command.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/run_directory.hpp"
+#include "osteomill/io/run_record.hpp"
+#include "osteomill/io/simulate_result.hpp"
+
+namespace osteomill::cli {
+namespace {
+
+void write_directory(const std::filesystem::path& directory,
+                     const std::vector<io::SimulatedRun>& runs,
+                     const nlohmann::ordered_json& summary, double wall_time) {
+  io::RunDirectory output(directory);
+  io::write_run_json(output.file("run.json"), {"osteomill " OSTEOMILL_VERSION, "simulate",
+                                               io::case_of(runs), summary, wall_time});
+  output.commit();
+}
+
+void run(const CaseArguments& arguments) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<io::SimulateCase> cases =
+      io::read_simulate_cases(io::read_case(arguments.case_file, arguments.overrides));
+  const std::vector<io::SimulatedRun> runs = io::run_simulations(cases, console_progress());
+  const double wall_time =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  const nlohmann::ordered_json document = io::document_of(runs, wall_time);
+  std::set<std::string> said;  // runs of one bone have the same warnings
+  for (const io::SimulatedRun& done : runs) {
+    for (const std::string& warning : done.warnings) {
+      if (said.insert(warning).second) warn(warning);
+    }
+  }
+  switch (arguments.format) {
+    case Format::json:
+      print_json(document);
+      break;
+    case Format::csv:
+      print_csv(io::table_of(runs));
+      break;
+    case Format::table:
+      print_table(io::table_of(runs));
+      for (const std::string& sentence : io::comparisons_of(runs)) fmt::print("{}\n", sentence);
+      break;
+  }
+  if (!arguments.directory.empty()) {
+    write_directory(arguments.directory, runs, document, wall_time);
+  }
+  if (interrupted()) throw Interrupted{};
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& program) {
+  auto arguments = std::make_shared<CaseArguments>();
+  CLI::App* command = program.add_subcommand(
+      "simulate", "mill a stock along a tool path, at constant feed or under a controller");
+  add_case_arguments(*command, *arguments);
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace osteomill::cli

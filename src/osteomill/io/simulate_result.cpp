@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/io/simulate_result.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+bool constant(const SimulatedRun& run) {
+  return std::holds_alternative<control::ConstantFeed>(run.input.controller.law);
+}
+
+/// What was milled: everything of the case but controller, limits and machine.
+Json job_of(const SimulatedRun& run) {
+  Json job = run.input.expanded;
+  for (const char* table : {"controller", "limits", "machine"}) job.erase(table);
+  return job;
+}
+
+std::string change(double from, double to) {
+  if (!(from > 0.0)) return "";
+  return fmt::format(" ({:+.0f} %)", 100.0 * (to - from) / from);
+}
+
+Json document_of(const SimulatedRun& run) {
+  const simulate::Summary& summary = run.summary;
+  Json document = {{"name", run.input.name},
+                   {"status", simulate::name(summary.status)},
+                   {"cutting_time_s", summary.cutting_time},
+                   {"mean_force_n", summary.mean_force},
+                   {"peak_force_n", summary.peak_force},
+                   {"time_above_limit_s", summary.time_above_limit},
+                   {"force_limit_n", run.input.force_limit},
+                   {"removed_volume_mm3", summary.removed_volume / units::mm3},
+                   {"max_feed_mm_per_s", summary.max_feed / units::mm_per_s},
+                   {"saturated_intervals_s", summary.saturated_intervals},
+                   {"line_times_s", summary.line_times},
+                   {"line_mean_forces_n", summary.line_mean_forces},
+                   {"first_contact_s", summary.first_contact},
+                   {"feed_work_j", summary.feed_work}};
+  if (run.after) document["spindle_work_j"] = summary.spindle_work;
+  document["steps"] = summary.steps;
+  document["warnings"] = run.warnings;
+  return document;
+}
+
+}  // namespace
+
+Json document_of(const std::vector<SimulatedRun>& runs, double wall_time) {
+  Json document;
+  document["runs"] = Json::array();
+  std::size_t steps = 0;
+  for (const SimulatedRun& run : runs) {
+    document["runs"].push_back(document_of(run));
+    steps += run.summary.steps;
+  }
+  document["comparisons"] = comparisons_of(runs);
+  document["wall_time_s"] = wall_time;
+  document["steps"] = steps;
+  return document;
+}
+
+std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& runs) {
+  std::vector<std::vector<std::string>> rows = {{"run", "status", "cutting time, s",
+                                                 "mean force, N", "peak force, N", "above limit, s",
+                                                 "removed, mm3", "largest feed, mm/s"}};
+  for (const SimulatedRun& run : runs) {
+    const simulate::Summary& s = run.summary;
+    rows.push_back({run.input.name, simulate::name(s.status), fmt::format("{:.1f}", s.cutting_time),
+                    fmt::format("{:.2f}", s.mean_force), fmt::format("{:.1f}", s.peak_force),
+                    fmt::format("{:.3f}", s.time_above_limit),
+                    fmt::format("{:.1f}", s.removed_volume / units::mm3),
+                    fmt::format("{:.2f}", s.max_feed / units::mm_per_s)});
+  }
+  return rows;
+}
+
+std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs) {
+  std::vector<std::string> sentences;
+  for (const SimulatedRun& run : runs) {
+    if (constant(run)) continue;
+    const auto other = std::find_if(runs.begin(), runs.end(), [&](const SimulatedRun& base) {
+      return constant(base) && job_of(base) == job_of(run);
+    });
+    if (other == runs.end()) continue;
+    const simulate::Summary& fixed = other->summary;
+    const simulate::Summary& adapted = run.summary;
+    sentences.push_back(fmt::format(
+        "{}: {:.1f} s against {:.1f} s of {}{}, peak force {:.1f} N against {:.1f} N{}, above "
+        "{:g} N for {:.2f} s against {:.2f} s",
+        run.input.name, adapted.cutting_time, fixed.cutting_time, other->input.name,
+        change(fixed.cutting_time, adapted.cutting_time), adapted.peak_force, fixed.peak_force,
+        change(fixed.peak_force, adapted.peak_force), run.input.force_limit,
+        adapted.time_above_limit, fixed.time_above_limit));
+  }
+  return sentences;
+}
+
+Json case_of(const std::vector<SimulatedRun>& runs) {
+  Json list = Json::array();
+  for (const SimulatedRun& run : runs) {
+    Json one = {{"name", run.input.name}};
+    one.update(run.input.expanded);
+    list.push_back(std::move(one));
+  }
+  return {{"run", list}};
+}
+
+}  // namespace osteomill::io

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "osteomill/io/simulated_run.hpp"
+
+namespace osteomill::io {
+
+/// The JSON document of `osteomill simulate`; its keys are a contract with scripts.
+nlohmann::ordered_json document_of(const std::vector<SimulatedRun>& runs, double wall_time);
+
+/// A heading row and one row a run.
+std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& runs);
+
+/// One sentence for each run whose feed is adapted and that has a run with constant feed on the
+/// same bone: how the two compare.
+std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs);
+
+/// The case with all its runs, which runs again to the same result.
+nlohmann::ordered_json case_of(const std::vector<SimulatedRun>& runs);
+
+}  // namespace osteomill::io

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "osteomill/base/progress.hpp"
+#include "osteomill/io/simulate_case.hpp"
+#include "osteomill/simulate/summary.hpp"
+#include "osteomill/workpiece/stock.hpp"
+
+namespace osteomill::io {
+
+/// A run that is over, whole or as far as it came.
+struct SimulatedRun {
+  SimulateCase input;
+  simulate::Summary summary;
+  std::vector<simulate::Step> steps;
+  std::string material_key;    ///< what Step::material is, with its unit
+  double material_unit = 1.0;  ///< of material_key in SI
+  /// The bone before and after; none for a line profile. Runs of one stock share the first.
+  std::shared_ptr<const workpiece::Stock> before;
+  std::shared_ptr<const workpiece::Stock> after;
+  std::vector<std::string> warnings;  ///< what the reader of the result has to know
+};
+
+/// Runs the cases one after the other. When `progress` asks to stop, the run that was at work is
+/// kept as far as it came, with status `stopped`, and the rest is not begun.
+std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases,
+                                          const Progress& progress = {});
+
+}  // namespace osteomill::io

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/simulate/stock_job.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::simulate {
+namespace {
+
+using geometry::Vector3;
+constexpr double kTurn = 2.0 * std::numbers::pi;
+// A trace of occupancy is no contact: a thousandth of a voxel in a period.
+constexpr double kLeastContact = 1e-3;
+
+std::vector<int> lines_of(const workpiece::ToolPath& path) {
+  std::vector<int> lines;
+  for (const workpiece::Move& move : path.moves()) {
+    if (move.kind == workpiece::MoveKind::cut) lines.push_back(move.line);
+  }
+  std::sort(lines.begin(), lines.end());
+  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+  return lines;
+}
+
+StockJob checked(StockJob job) {
+  cutting::check(job.cutter);
+  cutting::check(job.law);
+  require_positive("path.rapid_mm_per_s", job.rapid_feed / units::mm_per_s, "mm/s");
+  require_positive("machine.sample_rate_hz", job.sample_rate, "Hz");
+  job.fibre_W.normalize();
+  return job;
+}
+
+/// The load between two steps of a revolution.
+cutting::Load at_angle(const cutting::Revolution& revolution, double angle) {
+  const double count = static_cast<double>(revolution.loads.size());
+  const double place = (angle / kTurn - std::floor(angle / kTurn)) * count;
+  const double low = std::floor(place);
+  const double part = place - low;
+  const std::size_t first = static_cast<std::size_t>(low) % revolution.loads.size();
+  const std::size_t second = (first + 1) % revolution.loads.size();
+  cutting::Load load;
+  load.force = (1.0 - part) * revolution.loads[first].force + part * revolution.loads[second].force;
+  load.moment =
+      (1.0 - part) * revolution.loads[first].moment + part * revolution.loads[second].moment;
+  return load;
+}
+
+}  // namespace
+
+StockWorkpiece::StockWorkpiece(workpiece::Stock stock, StockJob job)
+    : stock_(std::move(stock)),
+      job_(checked(std::move(job))),
+      contact_(stock_, job_.cutter, job_.path),
+      remover_(stock_, job_.cutter),
+      patches_(workpiece::patches_for(job_.cutter, stock_.spacing())),
+      force_(job_.cutter, job_.law, patches_.angles, patches_.slices, patches_.slice_height),
+      lines_(lines_of(job_.path)) {}
+
+Place StockWorkpiece::at(double position) const {
+  const workpiece::PathPoint point = job_.path.at(position);
+  const workpiece::Move& move = job_.path.moves()[point.move];
+  const auto line = std::lower_bound(lines_.begin(), lines_.end(), move.line);
+  Place place;
+  place.line = std::min(static_cast<int>(line - lines_.begin()), lines() - 1);
+  place.tip_W = point.position_W;
+  place.direction_W = point.direction_W;
+  place.programmed_feed =
+      move.kind == workpiece::MoveKind::rapid ? job_.rapid_feed : move.feed_rate;
+  return place;
+}
+
+double StockWorkpiece::to_contact(double position) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const workpiece::ContactMap::Stretch& stretch : contact_.stretches()) {
+    const double distance = stretch.begin - position;
+    if (std::abs(distance) < std::abs(nearest)) nearest = distance;
+  }
+  return nearest;
+}
+
+bool StockWorkpiece::entering(double position) const {
+  return contact_.in_contact(position) && contact_.distance_to_full_engagement(position) > 0.0;
+}
+
+void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
+  const double to = std::min(motion.positions.back(), length());
+  const double travelled = to - motion.from;
+  workpiece::Removal total;
+  if (travelled > 0.0) {
+    std::vector<double> stops = job_.path.corners_between(motion.from, to);
+    stops.push_back(to);
+    Vector3 tip = job_.path.at(motion.from).position_W;
+    for (const double stop : stops) {
+      const Vector3 next = job_.path.at(stop).position_W;
+      const workpiece::Removal part = remover_.step(tip, next);
+      total.volume += part.volume;
+      total.mass += part.mass;
+      buried_volume_ += part.buried_volume;
+      tip = next;
+    }
+  }
+  // The direction that the engagement belongs to: that of the last piece of path.
+  const Place place = at(0.5 * (to + std::max(motion.from, to - 1e-9)));
+  cut.direction_W = place.direction_W;
+  cut.removed_volume = total.volume;
+  const bool touching = total.volume > kLeastContact * stock_.shape().voxel_volume();
+  std::fill(cut.contacts.begin(), cut.contacts.end(), touching ? 1 : 0);
+  if (!touching) {
+    std::fill(cut.forces_W.begin(), cut.forces_W.end(), Vector3::Zero());
+    std::fill(cut.torques.begin(), cut.torques.end(), 0.0);
+    return;
+  }
+  cut.material = total.mass / total.volume;
+  const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
+  sample_forces(motion, place, travelled / time, cut);
+}
+
+void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, double feed,
+                                   Cut& cut) {
+  Eigen::Matrix3d R_WT;
+  R_WT.col(0) = remover_.x_T_W();
+  R_WT.col(1) = Vector3::UnitZ().cross(remover_.x_T_W());
+  R_WT.col(2) = Vector3::UnitZ();
+  cutting::Condition condition;
+  condition.spindle_speed = motion.spindle_speed;
+  condition.feed_per_tooth =
+      cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes);
+  condition.feed_elevation = std::asin(std::clamp(place.direction_W.z(), -1.0, 1.0));
+  condition.fibre_T = R_WT.transpose() * job_.fibre_W;
+  largest_chip_ = std::max(largest_chip_, condition.feed_per_tooth);
+
+  const double samples = kTurn / motion.spindle_speed * job_.sample_rate;
+  const int steps = std::clamp(static_cast<int>(std::lround(samples)), 36, 720);
+  const cutting::Revolution revolution = force_.revolution(remover_.engagement(), condition, steps);
+  for (std::size_t i = 0; i < motion.angles.size(); ++i) {
+    const cutting::Load load = at_angle(revolution, motion.angles[i]);
+    cut.forces_W[i] = R_WT * load.force;
+    cut.torques[i] = load.torque();
+  }
+}
+
+}  // namespace osteomill::simulate

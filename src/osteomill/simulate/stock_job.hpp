@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "osteomill/cutting/cutter.hpp"
+#include "osteomill/cutting/cutting_law.hpp"
+#include "osteomill/cutting/engaged_force.hpp"
+#include "osteomill/simulate/workpiece.hpp"
+#include "osteomill/workpiece/contact.hpp"
+#include "osteomill/workpiece/remover.hpp"
+#include "osteomill/workpiece/stock.hpp"
+#include "osteomill/workpiece/tool_path.hpp"
+
+namespace osteomill::simulate {
+
+/// What is milled in three dimensions, by what, along which path.
+struct StockJob {
+  cutting::Cutter cutter;
+  cutting::CuttingLaw law;
+  workpiece::ToolPath path;
+  double rapid_feed = 12e-3;                               ///< of the moves that are not cuts, m/s
+  geometry::Vector3 fibre_W = geometry::Vector3::UnitX();  ///< direction of the bone's fibres, unit
+  double sample_rate = 8000.0;  ///< of the force sensor, 1/s: how fine a revolution is worked out
+};
+
+/// A voxel stock milled along a tool path.
+///
+/// In each control period the cutter is moved along the path, the stock says what was removed and
+/// which part of the cutter is in contact, and the cutting law gives the forces over one revolution
+/// at the mean feed per tooth of the period. The sensor's samples are read off that revolution at
+/// the angles of the spindle. Where nothing is removed there is no force.
+class StockWorkpiece final : public Workpiece {
+ public:
+  /// Throws InvalidInput when cutter, law and path do not fit together or never meet the bone.
+  StockWorkpiece(workpiece::Stock stock, StockJob job);
+  StockWorkpiece(const StockWorkpiece&) = delete;
+  StockWorkpiece& operator=(const StockWorkpiece&) = delete;
+
+  double length() const override { return job_.path.length(); }
+  int lines() const override { return static_cast<int>(lines_.size()); }
+  Place at(double position) const override;
+  double to_contact(double position) const override;
+  bool entering(double position) const override;
+  void mill(const Motion& motion, Cut& cut) override;
+  const char* material_key() const override { return "density_kg_per_m3"; }
+  double material_unit() const override { return 1.0; }
+
+  const workpiece::Stock& stock() const { return stock_; }
+  const workpiece::ContactMap& contact() const { return contact_; }
+  /// Smallest and largest uncut chip thickness at full feed-normal so far, m: the range of the law
+  /// that was used.
+  double largest_chip() const { return largest_chip_; }
+  /// Bone that a move met inside the cutter, m³; see workpiece::Removal.
+  double buried_volume() const { return buried_volume_; }
+
+ private:
+  void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
+
+  workpiece::Stock stock_;
+  StockJob job_;
+  workpiece::ContactMap contact_;
+  workpiece::Remover remover_;
+  workpiece::PatchGrid patches_;
+  cutting::EngagedForce force_;
+  std::vector<int> lines_;  ///< numbers of the path's lines, in order
+  double largest_chip_ = 0.0;
+  double buried_volume_ = 0.0;
+};
+
+}  // namespace osteomill::simulate

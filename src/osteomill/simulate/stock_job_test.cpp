@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/simulate/stock_job.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/cutting/milling_force.hpp"
+#include "osteomill/simulate/milling.hpp"
+#include "osteomill/simulate/summary.hpp"
+#include "osteomill/workpiece/phantoms.hpp"
+
+namespace osteomill::simulate {
+namespace {
+
+using geometry::Vector3;
+
+constexpr double kSpacing = 0.25e-3;
+const double kSpindle = 6000.0 * units::rpm;
+
+cutting::Cutter cutter() { return {cutting::CutterShape::cylindrical, 3e-3, 2, 0.5, 0.0, 10e-3}; }
+
+/// F = 60 N/mm² h + 2 N/mm tangential, half of it radial, a fifth lateral.
+cutting::CuttingLaw law() {
+  cutting::CuttingLaw law;
+  law.tangential = {cutting::LinearLaw{60e6, 2e3}, {}};
+  law.radial = {cutting::LinearLaw{30e6, 1e3}, {}};
+  law.lateral = cutting::DirectionalLaw{cutting::LinearLaw{12e6, 0.0}, {}};
+  law.orientation = cutting::OrientationCriterion::none;
+  return law;
+}
+
+workpiece::Stock block(double force_scale = 1.0) {
+  return workpiece::block({0.0, -6e-3, -6e-3}, {20e-3, 6e-3, 0.0}, {1900.0, force_scale}, kSpacing,
+                          0.5e-3);
+}
+
+/// A slot 3 mm deep through the block, 4 mm/s.
+StockJob slot() {
+  return {cutter(), law(),
+          workpiece::line({-6e-3, 0.0, -3e-3}, {26e-3, 0.0, -3e-3}, {4e-3, kSpindle})};
+}
+
+Machine machine() {
+  Machine machine;
+  machine.spindle_speed = kSpindle;
+  machine.start_feed = 4e-3;
+  return machine;
+}
+
+std::vector<Step> mill(StockWorkpiece& workpiece, double feed) {
+  Milling milling(workpiece, machine(), 30.0);
+  while (!milling.finished()) milling.advance({feed, 0, false});
+  return milling.steps();
+}
+
+TEST(StockWorkpiece, MeanForceInASlotIsThatOfTheNominalCut) {
+  StockWorkpiece workpiece(block(), slot());
+  const std::vector<Step> steps = mill(workpiece, 4e-3);
+  const cutting::Condition condition{kSpindle, cutting::feed_per_tooth(4e-3, kSpindle, 2)};
+  const Vector3 expected =
+      cutting::mean_load(cutter(), law(), condition, {cutting::ImmersionKind::slot, 0.0, 3e-3})
+          .force;
+  Vector3 mean = Vector3::Zero();
+  int count = 0;
+  for (const Step& step : steps) {
+    if (step.tip_W.x() < 6e-3 || step.tip_W.x() > 14e-3) continue;
+    mean += step.mean_force_W;
+    ++count;
+  }
+  mean /= count;
+  // Voxel engagement against the analytic one: 2 % of the resultant at 12 voxels a radius; the
+  // feed is along x, so the tool frame is the work frame.
+  EXPECT_LT((mean - expected).norm(), 0.02 * expected.norm()) << mean << "\n" << expected;
+}
+
+TEST(StockWorkpiece, ForceTurnsWithTheFeed) {
+  const auto mean_of = [](const Vector3& from, const Vector3& to) {
+    StockWorkpiece workpiece(workpiece::block({-10e-3, -10e-3, -6e-3}, {10e-3, 10e-3, 0.0},
+                                              {1900.0, 1.0}, kSpacing, 0.5e-3),
+                             {cutter(), law(), workpiece::line(from, to, {4e-3, kSpindle})});
+    Vector3 mean = Vector3::Zero();
+    for (const Step& step : mill(workpiece, 4e-3)) mean += step.mean_force_W;
+    return mean;
+  };
+  const Vector3 along_x = mean_of({-15e-3, 0.0, -3e-3}, {15e-3, 0.0, -3e-3});
+  const Vector3 along_y = mean_of({0.0, -15e-3, -3e-3}, {0.0, 15e-3, -3e-3});
+  // The grid is the same seen from x and y; only the shares of neighbouring cells are rounded.
+  EXPECT_NEAR(along_y.x(), -along_x.y(), 1e-3 * along_x.norm());
+  EXPECT_NEAR(along_y.y(), along_x.x(), 1e-3 * along_x.norm());
+}
+
+TEST(StockWorkpiece, ForceDensityAndRemovalAreNowhereInAir) {
+  StockWorkpiece workpiece(block(), slot());
+  int air = 0;
+  for (const Step& step : mill(workpiece, 4e-3)) {
+    // The cutter reaches 3 mm ahead of and behind its axis; one voxel of blur.
+    const bool outside = step.tip_W.x() < -3e-3 - kSpacing || step.tip_W.x() > 23e-3 + kSpacing;
+    if (!outside) continue;
+    ++air;
+    EXPECT_EQ(step.peak_force, 0.0);
+    EXPECT_EQ(step.mean_torque, 0.0);
+    EXPECT_EQ(step.removed_volume, 0.0);
+    EXPECT_EQ(step.material, 0.0);
+    EXPECT_EQ(step.samples_in_contact, 0);
+  }
+  EXPECT_GT(air, 50);
+}
+
+TEST(StockWorkpiece, WhatIsRemovedIsMissingFromTheStock) {
+  StockWorkpiece workpiece(block(), slot());
+  const Summary summary = summarise(mill(workpiece, 4e-3), workpiece.lines(), Status::finished);
+  EXPECT_NEAR(summary.removed_volume,
+              workpiece.stock().initial_volume() - workpiece.stock().remaining_volume(),
+              1e-9 * summary.removed_volume);
+  EXPECT_NEAR(summary.removed_volume / (6e-3 * 3e-3 * 20e-3), 1.0, 0.01);
+}
+
+TEST(StockWorkpiece, WorkIsTheTorqueAndTheFeedForceTimesTheirVelocities) {
+  StockWorkpiece workpiece(block(), slot());
+  const std::vector<Step> steps = mill(workpiece, 4e-3);
+  const Summary summary = summarise(steps, workpiece.lines(), Status::finished);
+  double spindle = 0.0;
+  double feed = 0.0;
+  for (const Step& step : steps) {
+    spindle += step.mean_torque * kSpindle * 10e-3;
+    feed -= step.mean_force_W.x() * step.feed * 10e-3;
+  }
+  // Constant feed and speed: the sums differ by rounding only.
+  EXPECT_NEAR(spindle / summary.spindle_work, 1.0, 1e-9);
+  EXPECT_NEAR(feed / summary.feed_work, 1.0, 1e-9);
+  // The spindle's work is the tangential force times the way of the edges: with F_t = k h + e over
+  // half a turn, an edge element does k f_z + e pi/2 ... per turn, times depth and edges.
+  const double f_z = cutting::feed_per_tooth(4e-3, kSpindle, 2);
+  const double torque = 2.0 * 3e-3 * 3e-3 * (60e6 * f_z * 2.0 + 2e3 * M_PI) / (2.0 * M_PI);
+  const double contact_time = 20e-3 / 4e-3;  // whole slot, entry and exit make up for each other
+  EXPECT_NEAR(summary.spindle_work / (torque * kSpindle * contact_time), 1.0, 0.03);
+}
+
+TEST(StockWorkpiece, ForceFollowsTheLocalStrength) {
+  StockWorkpiece full(block(1.0), slot());
+  StockWorkpiece half(block(0.5), slot());
+  const Summary strong = summarise(mill(full, 4e-3), 1, Status::finished);
+  const Summary weak = summarise(mill(half, 4e-3), 1, Status::finished);
+  EXPECT_NEAR(weak.mean_force / strong.mean_force, 0.5, 1e-6);  // single-precision weights
+}
+
+TEST(StockWorkpiece, KnowsWhereItWillTouchTheBone) {
+  const StockWorkpiece workpiece(block(), slot());
+  // The edge of the block is 6 mm ahead of the tip, the cutter reaches 3 mm ahead; the path is
+  // searched in steps of a voxel.
+  EXPECT_NEAR(workpiece.to_contact(0.0), 3e-3, 1.5 * kSpacing);
+  EXPECT_LT(workpiece.to_contact(10e-3), 0.0);
+  EXPECT_FALSE(workpiece.entering(2e-3));
+  EXPECT_TRUE(workpiece.entering(4e-3));
+  EXPECT_FALSE(workpiece.entering(15e-3));
+  EXPECT_LT(workpiece.to_contact(workpiece.length()), 0.0);
+}
+
+TEST(StockWorkpiece, LinesAndRapidsComeFromThePath) {
+  workpiece::Lines two;
+  two.start_W = {-6e-3, 0.0, -1e-3};
+  two.along_W = {32e-3, 0.0, 0.0};
+  two.step_over_W = {0.0, 2e-3, 0.0};
+  two.count = 2;
+  StockJob job{cutter(), law(), workpiece::lines(two, {4e-3, kSpindle})};
+  job.rapid_feed = 20e-3;
+  const StockWorkpiece workpiece(block(), job);
+  EXPECT_EQ(workpiece.lines(), 2);
+  EXPECT_EQ(workpiece.at(0.0).line, 0);
+  EXPECT_EQ(workpiece.at(0.0).programmed_feed, 4e-3);
+  EXPECT_EQ(workpiece.at(40e-3).programmed_feed, 20e-3);
+  EXPECT_EQ(workpiece.at(workpiece.length()).line, 1);
+}
+
+TEST(StockWorkpiece, RefusesAPathThatNeverMeetsTheBone) {
+  StockJob job = slot();
+  job.path = workpiece::line({-6e-3, 0.0, 5e-3}, {26e-3, 0.0, 5e-3}, {4e-3, kSpindle});
+  EXPECT_THROW(StockWorkpiece(block(), job), InvalidInput);
+}
+
+}  // namespace
+}  // namespace osteomill::simulate
