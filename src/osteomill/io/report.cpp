@@ -11,6 +11,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/io/pending_file.hpp"
 #include "osteomill/io/report_check.hpp"
 #include "osteomill/io/report_encode.hpp"
 #include "osteomill/io/report_page.hpp"
@@ -316,20 +317,13 @@ std::string report_html(const ReportData& data, const ReportOptions& options) {
 void write_report(const std::filesystem::path& file, const ReportData& data,
                   const ReportOptions& options) {
   const std::string page = report_html(data, options);
-  std::filesystem::path unfinished = file;
-  unfinished += ".unfinished";
-  const auto failed = [&](const std::string& why) {
-    std::error_code ignored;
-    std::filesystem::remove(unfinished, ignored);
-    return WorldError(fmt::format("{}: the report cannot be written: {}", file.string(), why));
-  };
-  std::ofstream stream(unfinished, std::ios::binary);
+  PendingFile pending(file);
+  std::ofstream stream(pending.path(), std::ios::binary);
   stream << page;
   stream.close();
-  if (!stream) throw failed("no such folder, no permission, or the disk is full");
-  std::error_code error;
-  std::filesystem::rename(unfinished, file, error);
-  if (error) throw failed(error.message());
+  if (!stream)
+    throw WorldError(fmt::format("{}: cannot be written; is the disk full?", file.string()));
+  pending.commit();
 }
 
 }  // namespace osteomill::io

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/io/scratch_folder.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -172,37 +173,27 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-class ReportFile : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("osteomill_report_" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_;
-};
-
-TEST_F(ReportFile, IsThePageAndLeavesNothingBesideIt) {
+TEST(ReportFile, IsThePageAndNothingBesideIt) {
   ReportData data = small();
   data.pictures = {{"a picture", kPng, true}, {"lines", "<svg xmlns='x'/>"}};
-  write_report(folder_ / "report.html", data);
+  const auto folder = scratch("report_file");
+  std::filesystem::create_directories(folder);
+  write_report(folder / "report.html", data);
   std::ostringstream text;
-  text << std::ifstream(folder_ / "report.html", std::ios::binary).rdbuf();
+  text << std::ifstream(folder / "report.html", std::ios::binary).rdbuf();
   EXPECT_EQ(text.str(), report_html(data));
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
 }
 
-TEST_F(ReportFile, ThatCannotBeWrittenSaysSoAndLeavesTheOldOne) {
-  EXPECT_THROW(write_report(folder_ / "missing" / "report.html", small()), WorldError);
-  std::ofstream(folder_ / "report.html") << "old";
+TEST(ReportFile, ThatCannotBeWrittenSaysSoAndLeavesTheOldOne) {
+  EXPECT_THROW(write_report(scratch("no_such_folder") / "report.html", small()), WorldError);
+  const auto file = scratch("old_report.html");
+  std::ofstream(file) << "old";
   ReportData bad = small();
   bad.title.clear();
-  EXPECT_THROW(write_report(folder_ / "report.html", bad), InvalidInput);
+  EXPECT_THROW(write_report(file, bad), InvalidInput);
   std::string old;
-  std::ifstream(folder_ / "report.html") >> old;
+  std::ifstream(file) >> old;
   EXPECT_EQ(old, "old");
 }
 

@@ -132,6 +132,14 @@ async function start() {
     redraws.push(() => charts.rebuild(), () => scene?.recolour())
     player.time = Infinity
     show(report.runs[0])
+    // The rows of the summary choose their runs as well.
+    for (const row of document.querySelectorAll<HTMLElement>('.summary tbody tr')) {
+      const index = report.runs.findIndex((r) => r.name === row.firstElementChild?.textContent)
+      const choice = bar.querySelectorAll<HTMLInputElement>('.runs input')[index]
+      if (!choice) continue
+      row.classList.add('choice')
+      row.addEventListener('click', () => choice.click())
+    }
     addEventListener('keydown', (event) => {
       if (event.key !== ' ' || event.target !== document.body) return
       event.preventDefault()

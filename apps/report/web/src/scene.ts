@@ -187,8 +187,9 @@ export class SceneView {
     const section = range('', this.clip_share, (v) => { this.clip_share = v; this.cut_open() })
     section.hidden = true
     section.querySelector('input')!.setAttribute('aria-label', 'place of the section')
-    const view = (name: string, direction: [number, number, number]) =>
-      el('button', { type: 'button', class: 'quiet', onclick: () => this.look(direction) }, name)
+    const view = (name: string, direction: () => THREE.Vector3) =>
+      el('button', { type: 'button', class: 'quiet', 'aria-label': `Look: ${name}`,
+        onclick: () => this.look(direction()) }, name)
     return el('div', { class: 'scene-tools screen-only' },
       el('div', { class: 'row' },
         choice('stock', [['before', 'Before'], ['now', 'As cut'], ['after', 'After']], 'now',
@@ -200,12 +201,13 @@ export class SceneView {
         check(`Cut surface by ${this.report.scene?.valueName ?? 'value'}`, true,
           (v) => { this.uniforms.mapping.value = v ? 1 : 0; this.draw_soon() })),
       el('div', { class: 'row' },
-        choice('section', [['-1', 'No section'], ['0', 'x'], ['1', 'y'], ['2', 'z']], '-1',
+        choice('section', [['-1', 'Whole'], ['0', 'Section x'], ['1', 'y'], ['2', 'z']], '-1',
           (v) => { this.clip_axis = Number(v); section.hidden = this.clip_axis < 0; this.cut_open() }),
         section),
       el('div', { class: 'row' },
-        view('Oblique', [0.9, -1.2, 0.9]), view('Top', [0, -0.001, 1]), view('Front', [0, -1, 0]),
-        view('Side', [1, 0, 0])))
+        view('Oblique', () => this.oblique()), view('Along the tool', () => this.tool_axis()),
+        view('x', () => new THREE.Vector3(1, 0, 0)), view('y', () => new THREE.Vector3(0, -1, 0)),
+        view('z', () => new THREE.Vector3(0, 0, 1))))
   }
 
   private path_on = true
@@ -300,7 +302,7 @@ export class SceneView {
     this.set_opacity()
     this.cut_open()
     this.resize()
-    if (first) this.look([0.9, -1.2, 0.9])
+    if (first) this.look(this.oblique())
     this.show_time()
   }
 
@@ -379,10 +381,24 @@ export class SceneView {
     this.draw_soon()
   }
 
+  private tool_axis(): THREE.Vector3 {
+    return this.run?.path ? axis_of(this.run.path, 0) : new THREE.Vector3(0, 0, 1)
+  }
+
+  /** From the side on which the tool is, so that the cut is in sight. */
+  private oblique(): THREE.Vector3 {
+    const axis = this.tool_axis()
+    const aside = new THREE.Vector3(0.59, -0.81, 0.1)
+    aside.addScaledVector(axis, -aside.dot(axis)).normalize()
+    return axis.multiplyScalar(0.75).addScaledVector(aside, 0.85)
+  }
+
   /** Looks from a direction so that the whole stock is just seen. */
-  look(direction: [number, number, number]) {
+  private look(direction: THREE.Vector3) {
     const centre = this.box.getCenter(new THREE.Vector3())
-    const towards = new THREE.Vector3(...direction).normalize()
+    const towards = direction.normalize()
+    // The view cannot be level with its own axis: lean a little.
+    if (Math.abs(towards.z) > 0.9995) towards.y -= 0.002
     const right = new THREE.Vector3().crossVectors(this.camera.up, towards).normalize()
     const up = new THREE.Vector3().crossVectors(towards, right)
     const high = Math.tan((Math.PI / 360) * this.camera.fov)
