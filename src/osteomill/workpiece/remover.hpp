@@ -3,6 +3,7 @@
 
 #include "osteomill/workpiece/shadow_map.hpp"
 #include "osteomill/workpiece/stock.hpp"
+#include "osteomill/workpiece/swath.hpp"
 
 namespace osteomill::workpiece {
 
@@ -48,19 +49,14 @@ class Remover {
     double unit_density = 0.0;  ///< units × kg/m³
     double unit_scale = 0.0;    ///< units × force scale
   };
-  struct Step;  // one step in voxel coordinates
-  struct NoMap;
-  struct LevelMap;
-  struct TiltedMap;
 
-  void carve(const Step& step, Totals& totals);
-  template <class Distance, class Map>
-  void carve_row(int y, int z, int first, int last, const Distance& distance, Map& map,
-                 Totals& totals);
-  double bury(const Vector3& tip);
+  template <class Map>
+  void carve(Map&& map, Totals& totals);
+  template <bool one_material, class Map>
+  void carve_layer(int z, Map& map, Totals& totals);
 
   Stock& stock_;
-  cutting::Cutter cutter_;  // in voxels
+  Swath swath_;
   ShadowMap map_;
   bool placed_ = false;
   Vector3 tip_ = Vector3::Zero();  // where the last step ended, voxels

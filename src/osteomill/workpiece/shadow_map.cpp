@@ -89,7 +89,7 @@ void ShadowMap::clear() {
   feed_.setZero();
 }
 
-void ShadowMap::begin_step(const Vector3& feed, const Vector3& tip, double length) {
+void ShadowMap::begin_step(const Vector3& feed, const Vector3& tip, double length, double unit) {
   const bool turned = feed_.dot(feed) < kTurnThatEmpties;
   const double horizontal = std::hypot(feed.x(), feed.y());
   if (horizontal > 1e-9) {
@@ -111,7 +111,7 @@ void ShadowMap::begin_step(const Vector3& feed, const Vector3& tip, double lengt
     lay_out(sin_pitch, cos_pitch, tip);
 
   const double keep = memory_ > 0.0 ? std::exp(-length / memory_) : 0.0;
-  gain_ = static_cast<float>((1.0 - keep) / length);
+  gain_ = static_cast<float>(unit * (1.0 - keep) / length);
   const float factor = static_cast<float>(keep);
   int first = rows_, last = -1;
   for (int at = first_row_; at <= last_row_; ++at) {

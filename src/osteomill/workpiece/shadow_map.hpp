@@ -48,8 +48,9 @@ class ShadowMap {
   ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchGrid& patches, double memory);
 
   /// Turns the map to this feed (unit vector) with the tip here (voxel coordinates) and lets it
-  /// forget for a step of this length. A turn by more than 20° empties it.
-  void begin_step(const Vector3& feed, const Vector3& tip, double length);
+  /// forget for a step of this length. A turn by more than 20° empties it. `unit` is the volume
+  /// that the step counts in.
+  void begin_step(const Vector3& feed, const Vector3& tip, double length, double unit);
   void clear();
 
   /// Horizontal direction that the tool frame's x-axis has, and the lateral axis.

@@ -33,12 +33,16 @@ struct SameMaterial {
 class Palette {
  public:
   std::uint16_t index(const BoneMaterial& material) {
+    // Neighbours are mostly of one material.
+    if (last_ < materials_.size() && SameMaterial()(material, materials_[last_]))
+      return static_cast<std::uint16_t>(last_);
     const auto [place, is_new] = index_.try_emplace(material, materials_.size());
     if (is_new) {
       if (materials_.size() == kMostMaterials) throw_too_many();
       materials_.push_back(material);
     }
-    return static_cast<std::uint16_t>(place->second);
+    last_ = place->second;
+    return static_cast<std::uint16_t>(last_);
   }
   const std::vector<BoneMaterial>& materials() const { return materials_; }
 
@@ -50,6 +54,7 @@ class Palette {
   }
   std::unordered_map<BoneMaterial, std::size_t, MaterialHash, SameMaterial> index_;
   std::vector<BoneMaterial> materials_;
+  std::size_t last_ = 0;
 };
 
 /// One z-layer while it is built.
@@ -128,13 +133,15 @@ Stock::Stock(const geometry::GridShape& shape,
   occupancy_.reserve(stored);
   material_.reserve(stored);
   rows_.reserve(layers * static_cast<std::size_t>(shape.size[1]));
+  row_units_.reserve(rows_.capacity());
   layer_units_.resize(layers, 0);
   Palette palette;
   for (std::size_t z = 0; z < layers; ++z) {
     Layer& layer = built[z];
     std::size_t start = occupancy_.size();
     for (const Layer::Span& span : layer.spans) {
-      rows_.push_back({start, span.first, span.length, span.units});
+      rows_.push_back({start, span.first, span.length});
+      row_units_.push_back(span.units);
       start += static_cast<std::size_t>(span.length);
       layer_units_[z] += span.units;
     }
@@ -194,7 +201,7 @@ Stock::Box Stock::bone_box() const {
   for (int z = 0; z < shape_.size[2]; ++z)
     for (int y = 0; y < shape_.size[1]; ++y) {
       const Row& at = row(y, z);
-      if (at.units == 0) continue;
+      if (row_units_[row_index(y, z)] == 0) continue;
       const auto begin = occupancy_.begin() + static_cast<std::ptrdiff_t>(at.start);
       const auto has_bone = [](Occupancy occupancy) { return occupancy > 0; };
       const auto first = std::find_if(begin, begin + at.length, has_bone);

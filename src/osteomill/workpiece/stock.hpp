@@ -71,10 +71,9 @@ class Stock {
   friend class Remover;  // walks rows
 
   struct Row {
-    std::size_t start = 0;    ///< of the span, in occupancy_ and material_
-    int first = 0;            ///< x of the first stored voxel
-    int length = 0;           ///< stored voxels
-    std::uint32_t units = 0;  ///< bone left in the row
+    std::size_t start = 0;  ///< of the span, in occupancy_ and material_
+    int first = 0;          ///< x of the first stored voxel
+    int length = 0;         ///< stored voxels
   };
 
   const Row& row(int y, int z) const { return rows_[row_index(y, z)]; }
@@ -85,6 +84,7 @@ class Stock {
 
   geometry::GridShape shape_;
   std::vector<Row> rows_;                  ///< y runs fastest
+  std::vector<std::uint32_t> row_units_;   ///< bone left in each row
   std::vector<std::int64_t> layer_units_;  ///< bone left in each z-layer
   std::vector<Occupancy> occupancy_;
   std::vector<std::uint16_t> material_;  ///< index into palette_

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "osteomill/workpiece/stock.hpp"
+#include "osteomill/workpiece/swept_tool.hpp"
+
+namespace osteomill::workpiece {
+
+/// Which voxels a step can newly touch, layer by layer, and the occupancy that it leaves in them:
+/// clamp(1/2 + d), d the distance to the swept volume (SweptTool). All lengths in voxels: voxel (x,
+/// y, z) has its centre at (x, y, z).
+///
+/// Only what is in front of the cutter at the start and not yet inside it is listed. Where layers
+/// have the same section (the side of a cylinder, the shank of a ball) they share one list. Lists
+/// keep their memory from step to step.
+class Swath {
+ public:
+  /// Neighbouring voxels of one row.
+  struct Run {
+    int y = 0;
+    int first = 0, last = 0;  ///< x
+    std::size_t fresh = 0;    ///< place of the occupancy of `first` in fresh()
+  };
+
+  Swath(const cutting::Cutter& cutter_in_voxels, const geometry::GridShape& shape)
+      : cutter_(cutter_in_voxels),
+        shape_(shape),
+        swept_(cutter_, Vector3::Zero(), Vector3::Zero()) {}
+
+  /// A step of a cutter that has already taken all it can at `from`.
+  void begin_step(const Vector3& from, const Vector3& to);
+  /// The cutter put down at a place where it has not been.
+  void begin_placing(const Vector3& tip);
+
+  int first_layer() const;
+  /// False from the layer on above which the step meets nothing new.
+  bool reaches(int z) const;
+  /// Lists the runs of a layer. `row_units` says which rows have bone left; rows without may be
+  /// left out.
+  void list(int z, std::span<const std::uint32_t> row_units);
+  std::span<const Run> runs() const { return runs_; }
+  const Stock::Occupancy* fresh() const { return fresh_.data(); }
+
+ private:
+  struct Interval;
+  struct Row;
+  void begin(const Vector3& from, const Vector3& to);
+  bool upright(int z) const { return rise_ == 0.0 || z >= upright_from_; }
+  double section_radius(double height, double offset) const;
+  Interval front(const Row& row, double radius) const;
+  Interval everywhere(const Row& row, double radius) const;
+  Stock::Occupancy level_occupancy(int x, const Row& row) const;
+  void add_run(const Interval& part, const Interval& all_gone, const Row& row, int z);
+
+  cutting::Cutter cutter_;
+  geometry::GridShape shape_;
+  SweptTool swept_;
+  Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero();
+  double run_ = 0.0, rise_ = 0.0, hx_ = 1.0, hy_ = 0.0, per_hx_ = 0.0, per_hy_ = 0.0;
+  double lowest_ = 0.0, upright_from_ = 0.0;
+  bool placing_ = false;
+  // Of the layer that is listed.
+  bool listed_ = false, whole_ = false;  ///< whole: no row was left out
+  double height_ = 0.0;                  ///< above the tip; of an upright section any large one
+  std::vector<Run> runs_;
+  std::vector<Stock::Occupancy> fresh_;
+};
+
+}  // namespace osteomill::workpiece
