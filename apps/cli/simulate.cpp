@@ -8,17 +8,25 @@
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/run_directory.hpp"
 #include "osteomill/io/run_record.hpp"
+#include "osteomill/io/simulate_report.hpp"
 #include "osteomill/io/simulate_result.hpp"
 
 namespace osteomill::cli {
 namespace {
 
-void write_directory(const std::filesystem::path& directory,
+const char* const kProgram = "osteomill " OSTEOMILL_VERSION;
+
+void write_directory(const std::filesystem::path& directory, const std::string& title,
                      const std::vector<io::SimulatedRun>& runs,
                      const nlohmann::ordered_json& summary, double wall_time) {
   io::RunDirectory output(directory);
-  io::write_run_json(output.file("run.json"), {"osteomill " OSTEOMILL_VERSION, "simulate",
-                                               io::case_of(runs), summary, wall_time});
+  io::write_run_json(output.file("run.json"),
+                     {kProgram, "simulate", io::case_of(runs), summary, wall_time});
+  for (const io::SimulatedRun& run : runs) {
+    io::draw(io::plot_of(run), output.file(run.input.name + ".png"));
+  }
+  io::write_signals(io::signals_of(runs), output.file("signals.h5"));
+  io::write_report(output.file("report.html"), io::report_of(runs, title, kProgram));
   output.commit();
 }
 
@@ -50,7 +58,8 @@ void run(const CaseArguments& arguments) {
       break;
   }
   if (!arguments.directory.empty()) {
-    write_directory(arguments.directory, runs, document, wall_time);
+    write_directory(arguments.directory, arguments.case_file.stem().string(), runs, document,
+                    wall_time);
   }
   if (interrupted()) throw Interrupted{};
 }

@@ -112,6 +112,7 @@ void bind_stock(Section& section, StockCase& stock) {
                          {"tibia-section", StockKind::tibia_section},
                          {"ct", StockKind::ct}},
                         "what the bone is given by");
+    s.text("note", stock.note, "what the reader of the result has to know of it", Need::optional);
     if (s.when(stock.kind == StockKind::line_profile)) bind_line_profile(s, stock);
     if (s.when(stock.kind == StockKind::block || stock.kind == StockKind::ct)) bind_box(s, stock);
     if (s.when(stock.kind == StockKind::block)) {

@@ -25,6 +25,7 @@ enum class StockKind : std::uint8_t { line_profile, block, tibia_section, ct };
 /// [stock]: the bone before the cut. The work frame W has z towards the spindle.
 struct StockCase {
   StockKind kind = StockKind::block;
+  std::string note;                       ///< what the reader of the result has to know
   simulate::LineProfile profile;          ///< line-profile; its path keys come from [path]
   double spacing = 0.2e-3;                ///< of the voxels, m
   std::array<double, 3> lower{};          ///< corners of block and CT region in W, m

@@ -8,6 +8,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/simulate_report.hpp"
 #include "osteomill/io/simulate_result.hpp"
 #include "osteomill/io/simulated_run.hpp"
 #include "osteomill/io/text_file.hpp"
@@ -122,6 +123,25 @@ TEST_F(SugitaTibia, DocumentHasTheKeysThatScriptsRelyOn) {
       EXPECT_TRUE(run.contains(key)) << key;
     }
   }
+}
+
+TEST_F(SugitaTibia, SignalsCarryTheWorkThatTheSummaryReports) {
+  const SignalsFile file = signals_of(*runs_);
+  ASSERT_EQ(file.runs.size(), runs_->size());
+  for (std::size_t i = 0; i < file.runs.size(); ++i) {
+    double work = 0.0;
+    for (const Signal& signal : file.runs[i].signals) {
+      ASSERT_EQ(signal.values.size(), (*runs_)[i].steps.size()) << signal.name;
+      if (signal.name != "feed_work") continue;
+      for (const double value : signal.values) work += value;
+    }
+    EXPECT_NEAR(work, (*runs_)[i].summary.feed_work, 1e-9);
+  }
+}
+
+TEST_F(SugitaTibia, MakesAReportThatHoldsTogether) {
+  const std::string page = report_html(report_of(*runs_, "tibia", "osteomill test"));
+  EXPECT_THAT(page, testing::HasSubstr("hard-zone-adaptive"));
 }
 
 TEST(SimulateCase, TheLiteralSumLimitCyclesInTheTibia) {

@@ -142,7 +142,9 @@ Report Milling::advance(const FeedRequest& request) {
   }
   state_.integral = workpiece_.next_start(from, state_.integral);
   step.position = state_.integral;
-  step.tip_W = workpiece_.at(state_.integral).tip_W;
+  const Place end = workpiece_.at(state_.integral);
+  step.tip_W = end.tip_W;
+  step.rapid = end.rapid;
   steps_.push_back(step);
 
   std::rotate(reported_.rbegin(), reported_.rbegin() + 1, reported_.rend());

@@ -70,6 +70,7 @@ struct Step {
   double last_contact = 0.0;   ///< meaningful when samples_in_contact > 0
   int mode = 0;
   bool saturated = false;
+  bool rapid = false;  ///< the tool ends in a move that is no cut
 };
 
 /// A workpiece being milled in time. It is advanced one control period at a time with the feed that

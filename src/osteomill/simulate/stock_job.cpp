@@ -69,8 +69,8 @@ Place StockWorkpiece::at(double position) const {
   place.line = std::min(static_cast<int>(line - lines_.begin()), lines() - 1);
   place.tip_W = point.position_W;
   place.direction_W = point.direction_W;
-  place.programmed_feed =
-      move.kind == workpiece::MoveKind::rapid ? job_.rapid_feed : move.feed_rate;
+  place.rapid = move.kind == workpiece::MoveKind::rapid;
+  place.programmed_feed = place.rapid ? job_.rapid_feed : move.feed_rate;
   return place;
 }
 

@@ -34,6 +34,7 @@ struct Place {
   geometry::Vector3 tip_W = geometry::Vector3::Zero();        ///< m
   geometry::Vector3 direction_W = geometry::Vector3::Zero();  ///< of the feed, unit
   double programmed_feed = 0.0;                               ///< m/s
+  bool rapid = false;                                         ///< positioning, not a cut
 };
 
 /// A bone with the path that is to be milled into it: what a position along the path means.

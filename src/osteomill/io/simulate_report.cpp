@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/io/simulate_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "osteomill/base/units.hpp"
+#include "osteomill/io/run_record.hpp"
+#include "osteomill/io/simulate_result.hpp"
+
+namespace osteomill::io {
+namespace {
+
+using simulate::Step;
+
+/// One number of every step.
+template <class Value>
+std::vector<double> each(const SimulatedRun& run, const Value& value) {
+  std::vector<double> values;
+  values.reserve(run.steps.size());
+  for (const Step& step : run.steps) values.push_back(value(step));
+  return values;
+}
+
+std::vector<double> times(const SimulatedRun& run) {
+  return each(run, [&](const Step& s) { return s.time - run.summary.first_contact; });
+}
+
+std::vector<double> mean_forces(const SimulatedRun& run) {
+  return each(run, [](const Step& s) { return s.mean_force; });
+}
+
+std::vector<double> peak_forces(const SimulatedRun& run) {
+  return each(run, [](const Step& s) { return s.peak_force; });
+}
+
+std::vector<double> feeds(const SimulatedRun& run) {
+  return each(run, [](const Step& s) { return s.feed / units::mm_per_s; });
+}
+
+std::vector<double> commands(const SimulatedRun& run) {
+  return each(run, [](const Step& s) { return s.command / units::mm_per_s; });
+}
+
+std::vector<double> materials(const SimulatedRun& run) {
+  return each(run, [&](const Step& s) { return s.material / run.material_unit; });
+}
+
+struct Material {
+  std::string name;
+  std::string unit;
+};
+Material material_of(const SimulatedRun& run) {
+  return run.input.stock.kind == StockKind::line_profile ? Material{"cutting gain", "N/(mm/s)"}
+                                                         : Material{"density", "kg/m3"};
+}
+
+/// Names of what is cut, for the strip: bone of at least this is called cortical. On a CT 1000
+/// kg/m3 (about 800 HU) lies between the diploe and the tables of a skull; a profile names its own
+/// halves.
+double cortical_from(const SimulatedRun& run) {
+  if (run.input.stock.kind != StockKind::line_profile) return 1000.0;
+  double highest = 0.0;
+  for (const simulate::ProfileZone& zone : run.input.stock.profile.zones) {
+    if (zone.lines.empty() && zone.from == 0.0) highest = std::max(highest, zone.gain);
+  }
+  return 0.5 * highest;
+}
+
+/// Neighbouring steps of one label as intervals.
+template <class Label>
+std::vector<ReportInterval> intervals_of(const SimulatedRun& run, const Label& label) {
+  std::vector<ReportInterval> intervals;
+  const double zero = run.summary.first_contact;
+  double start = -zero;
+  for (const Step& step : run.steps) {
+    const std::string name = label(step);
+    const double end = step.time - zero;
+    if (!intervals.empty() && intervals.back().label == name && intervals.back().to_s == start) {
+      intervals.back().to_s = end;
+    } else if (!name.empty()) {
+      intervals.push_back({start, end, name});
+    }
+    start = end;
+  }
+  return intervals;
+}
+
+std::vector<ReportStrip> strips_of(const SimulatedRun& run) {
+  const double limit = cortical_from(run);
+  ReportStrip material{"material", intervals_of(run, [&](const Step& step) -> std::string {
+                         if (step.samples_in_contact == 0) return "air";
+                         return step.material >= limit ? "cortical" : "cancellous";
+                       })};
+  ReportStrip line{"line", intervals_of(run, [](const Step& step) {
+                     return fmt::format("line {}", step.line + 1);
+                   })};
+  ReportStrip mode{"mode", intervals_of(run, [](const Step& step) {
+                     return std::string(control::name(static_cast<control::Mode>(step.mode)));
+                   })};
+  ReportStrip saturated{"feed at its largest", {}, true};
+  for (const auto& interval : run.summary.saturated_intervals) {
+    saturated.intervals.push_back({interval[0], interval[1], "feed at its largest"});
+  }
+  std::vector<ReportStrip> strips = {material, line, mode};
+  if (!saturated.intervals.empty()) strips.push_back(saturated);
+  return strips;
+}
+
+ReportRun run_of(const SimulatedRun& run) {
+  ReportRun made;
+  made.name = run.input.name;
+  made.time_s = times(run);
+  const Material material = material_of(run);
+  made.signals = {
+      {"mean force", "N", mean_forces(run), {}, "limit", "force"},
+      {"peak force", "N", peak_forces(run), run.input.force_limit, "limit", "force"},
+      {"feed", "mm/s", feeds(run), {}, "limit", "feed"},
+      {"command", "mm/s", commands(run), run.input.controller.limits.highest / units::mm_per_s,
+       "largest", "feed"},
+      {material.name, material.unit, materials(run), {}, "limit", material.name},
+  };
+  if (run.after) {
+    made.signals.push_back({"spindle torque", "N mm",
+                            each(run, [](const Step& s) { return s.mean_torque / units::n_mm; })});
+  }
+  made.strips = strips_of(run);
+  if (!run.steps.empty()) {
+    made.events.push_back({0.0, "first contact"});
+    made.events.push_back({run.summary.cutting_time, "last exit"});
+  }
+  made.path.time_s = made.time_s;
+  for (const Step& step : run.steps) made.path.tip.push_back(step.tip_W);
+  made.path.axis = {geometry::Vector3::UnitZ()};
+  made.path.value = mean_forces(run);
+  return made;
+}
+
+ReportTable table_for(const std::vector<SimulatedRun>& runs) {
+  ReportTable table;
+  table.columns = {
+      {"run"},
+      {"status"},
+      {"cutting time", "s", 1, true, "first contact to last exit, air between included"},
+      {"mean force", "N", 2, true, "of the magnitude, over the time in contact"},
+      {"peak force", "N", 1, true, "largest sample of the 8 kHz sensor"},
+      {"above limit", "s", 3, true, "time with the force above the limit"},
+      {"removed", "mm3", 1},
+      {"largest feed", "mm/s", 2, true}};
+  for (const SimulatedRun& run : runs) {
+    const simulate::Summary& s = run.summary;
+    table.rows.push_back({run.input.name, std::string(simulate::name(s.status)), s.cutting_time,
+                          s.mean_force, s.peak_force, s.time_above_limit,
+                          s.removed_volume / units::mm3, s.max_feed / units::mm_per_s});
+  }
+  return table;
+}
+
+std::vector<ReportNote> notes_for(const std::vector<SimulatedRun>& runs) {
+  std::vector<ReportNote> notes;
+  std::set<std::string> said;
+  for (const SimulatedRun& run : runs) {
+    const std::string& about = run.input.stock.note;
+    if (!about.empty() && said.insert(about).second) {
+      notes.push_back({ReportNote::Kind::assumption, about});
+    }
+    for (const std::string& warning : run.warnings) {
+      if (said.insert(warning).second) notes.push_back({ReportNote::Kind::warning, warning});
+    }
+  }
+  return notes;
+}
+
+}  // namespace
+
+SignalsFile signals_of(const std::vector<SimulatedRun>& runs) {
+  SignalsFile file;
+  for (const SimulatedRun& run : runs) {
+    SignalRun made;
+    made.name = run.input.name;
+    const auto add = [&](const char* name, const char* unit, const auto& value,
+                         const char* about = "") {
+      made.signals.push_back({name, unit, each(run, value), about});
+    };
+    made.signals.push_back({"time", "s", times(run), "since the first contact, end of the period"});
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name = fmt::format("position_{}", "xyz"[axis]);
+      add(
+          name.c_str(), "mm", [&](const Step& s) { return s.tip_W[axis] / units::mm; },
+          "of the tip in the work frame");
+    }
+    add("path", "mm", [](const Step& s) { return s.position / units::mm; }, "along the path");
+    add("line", "1", [](const Step& s) { return s.line + 1; });
+    add("feed_command", "mm/s", [](const Step& s) { return s.command / units::mm_per_s; });
+    add("feed", "mm/s", [](const Step& s) { return s.feed / units::mm_per_s; });
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string name = fmt::format("force_{}", "xyz"[axis]);
+      add(
+          name.c_str(), "N", [&](const Step& s) { return s.mean_force_W[axis]; },
+          "mean over the period, on the tool, in the work frame");
+    }
+    add(
+        "mean_force", "N", [](const Step& s) { return s.mean_force; },
+        "mean of the magnitude over whole revolutions: what the controller sees");
+    add("peak_force", "N", [](const Step& s) { return s.peak_force; });
+    add("torque", "N mm", [](const Step& s) { return s.mean_torque / units::n_mm; });
+    add(
+        "removed_volume", "mm3", [](const Step& s) { return s.removed_volume / units::mm3; },
+        "in the period");
+    const Material material = material_of(run);
+    made.signals.push_back({"material", material.unit, materials(run), material.name});
+    add("feed_work", "J", [](const Step& s) { return s.feed_work; }, "in the period");
+    add("spindle_work", "J", [](const Step& s) { return s.spindle_work; }, "in the period");
+    add(
+        "mode", "1", [](const Step& s) { return s.mode; },
+        "0 constant, 1 adaptive, 2 predictive, 3 stopped");
+    add("saturated", "1", [](const Step& s) { return s.saturated ? 1.0 : 0.0; });
+    made.attributes["status"] = std::string(simulate::name(run.summary.status));
+    made.attributes["cutting_time_s"] = run.summary.cutting_time;
+    file.runs.push_back(std::move(made));
+  }
+  return file;
+}
+
+LinePlot plot_of(const SimulatedRun& run) {
+  const std::vector<double> time = times(run);
+  const Material material = material_of(run);
+  LinePlot plot;
+  plot.title =
+      fmt::format("{}: {:.1f} s, mean {:.1f} N, peak {:.1f} N", run.input.name,
+                  run.summary.cutting_time, run.summary.mean_force, run.summary.peak_force);
+  plot.x = {"time since first contact, s"};
+  Panel force{{"force, N", 0.0},
+              {{"peak", time, peak_forces(run)}, {"mean", time, mean_forces(run)}}};
+  force.limits = {{run.input.force_limit, "limit"}};
+  // Room above the largest feed for the names of the intervals there.
+  Panel feed{{"feed, mm/s", 0.0, 1.15 * run.input.controller.limits.highest / units::mm_per_s},
+             {{"command", time, commands(run)}, {"feed", time, feeds(run)}}};
+  for (const auto& interval : run.summary.saturated_intervals) {
+    feed.intervals.push_back({interval[0], interval[1], "at its largest"});
+  }
+  Panel bone{{material.name + ", " + material.unit, 0.0}, {{"", time, materials(run)}}};
+  bone.share_of_height = 0.6;
+  plot.panels = {force, feed, bone};
+  plot.width = 900;
+  plot.height = 700;
+  return plot;
+}
+
+ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& title,
+                     const std::string& program) {
+  ReportData data;
+  data.title = title;
+  data.subtitle = "simulated milling";
+  data.program = program;
+  data.created = now_text();
+  data.headline = comparisons_of(runs);
+  data.summary = table_for(runs);
+  data.notes = notes_for(runs);
+  for (const SimulatedRun& run : runs) {
+    data.runs.push_back(run_of(run));
+    data.highlights.push_back({fmt::format("{:.1f}", run.summary.cutting_time), "s", run.input.name,
+                               fmt::format("peak {:.1f} N", run.summary.peak_force)});
+  }
+  data.expanded_case = case_of(runs).dump(2);
+  return data;
+}
+
+}  // namespace osteomill::io
