@@ -89,25 +89,47 @@ double between(const RegenerativeSystem& system, double speed, const StabilityOp
   return high;
 }
 
-/// Scan upwards from a depth that is far below every limit.
+/// Scan upwards from a depth that is far below every limit. Where the growth has a summit close
+/// below zero between three depths, the summit itself is sought: a thin island may rise above it.
 double scanned_limit(const RegenerativeSystem& system, double speed, double first,
                      const StabilityOptions& options) {
-  double low = 0.0;
-  double f_low = std::log(spectral_radius(system, speed, 0.0, options));
-  double depth = std::min(first, options.max_depth);
-  while (true) {
-    const double f = std::log(spectral_radius(system, speed, depth, options));
-    if (f >= 0.0) return between(system, speed, options, low, f_low, depth, f);
+  struct Sample {
+    double depth, growth;
+  };
+  const auto sample = [&](double depth) {
+    return Sample{depth, std::log(spectral_radius(system, speed, depth, options))};
+  };
+  const auto root = [&](const Sample& low, const Sample& high) {
+    return between(system, speed, options, low.depth, low.growth, high.depth, high.growth);
+  };
+  Sample before = sample(0.0), last = before;
+  for (double depth = std::min(first, options.max_depth);;
+       depth = std::min(depth * options.scan_ratio, options.max_depth)) {
+    const Sample now = sample(depth);
+    if (last.growth > before.growth && last.growth > now.growth && last.growth > -0.3) {
+      Sample low = before, top = last, high = now;
+      while (high.depth - low.depth > 1e-3 * high.depth && top.growth < 0.0) {
+        const bool right = high.depth - top.depth > top.depth - low.depth;
+        const Sample probe =
+            sample(right ? 0.5 * (top.depth + high.depth) : 0.5 * (low.depth + top.depth));
+        if (probe.growth > top.growth) {
+          (right ? low : high) = top;
+          top = probe;
+        } else {
+          (right ? high : low) = probe;
+        }
+      }
+      if (top.growth >= 0.0) return root(low, top);
+    }
+    if (now.growth >= 0.0) return root(last, now);
     if (depth >= options.max_depth) return kNone;
-    low = depth;
-    f_low = f;
-    depth = std::min(depth * options.scan_ratio, options.max_depth);
+    before = last;
+    last = now;
   }
 }
 
-/// A depth below which nothing chatters by a wide margin: half the zero-order minimum. Interrupted
-/// cutting has its own minimum, which is known to stay above half of that one for the cuts tested;
-/// the scan starts lower still where the multiplier is already above 1.
+/// Where a scan starts: half the zero-order minimum. Should the cut already chatter there, the
+/// limit is sought between nothing and that depth.
 double first_depth(const RegenerativeSystem& system, const StabilityOptions& options) {
   const double minimum = ZeroOrder(system, 1000).absolute_minimum().depth;
   return std::isfinite(minimum) ? 0.5 * minimum : 0.01 * options.max_depth;

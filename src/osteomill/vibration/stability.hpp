@@ -26,10 +26,10 @@ enum class Bifurcation {
 
 struct StabilityOptions {
   StabilityMethod method = StabilityMethod::semi_discretisation;
-  int steps = 0;            ///< of a tooth period; 0: see default_steps
-  int harmonics = 5;        ///< multi-frequency: on either side
-  double max_depth = 0.0;   ///< m
-  double scan_ratio = 1.1;  ///< depths tried upwards from the first safe one
+  int steps = 0;             ///< of a tooth period; 0: see default_steps
+  int harmonics = 5;         ///< multi-frequency: on either side
+  double max_depth = 0.0;    ///< m
+  double scan_ratio = 1.06;  ///< of each depth tried to the one before, upwards
   Progress progress = {};
 };
 
@@ -45,7 +45,8 @@ double spectral_radius(const RegenerativeSystem& system, double spindle_speed, d
                        const StabilityOptions& options);
 
 /// The smallest depth at which the cut loses stability at each speed, by a scan from below that
-/// does not miss islands wider than `scan_ratio`. Speeds run on threads; each is independent.
+/// finds unstable islands wider than `scan_ratio`, and thinner ones whose summit it can see
+/// coming. Speeds run on threads; each is independent.
 std::vector<LobePoint> lobes(const RegenerativeSystem& system, const std::vector<double>& speeds,
                              const StabilityOptions& options);
 

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "command.hpp"
+#include "documents.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/plot.hpp"
+#include "osteomill/io/vibration_case.hpp"
+#include "osteomill/vibration/beam_elements.hpp"
+#include "osteomill/vibration/exact_beam.hpp"
+
+namespace osteomill::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Result {
+  std::vector<double> frequencies_hz;
+  double tip_stiffness = 0.0;  ///< N/m
+  std::vector<double> positions;
+  std::vector<std::vector<double>> shapes;
+  std::vector<double> whirl_hz;
+  std::vector<vibration::Mode> tip;
+};
+
+Result solve(const io::ModesCase& one) {
+  Result result;
+  const double end = vibration::length(one.beam);
+  for (int i = 0; i <= 100; ++i) result.positions.push_back(end * i / 100.0);
+  const vibration::BeamModel model(one.beam, one.elements);
+  const int count = std::min(one.modes, one.exact ? one.modes : model.modes());
+  if (one.exact) {
+    result.frequencies_hz = vibration::exact_natural_frequencies(one.beam, count);
+    for (const double f : result.frequencies_hz) {
+      result.shapes.push_back(vibration::exact_mode_shape(one.beam, f, result.positions));
+    }
+    const double compliance = vibration::exact_tip_receptance(one.beam, 0.0);
+    result.tip_stiffness = compliance > 0.0 ? 1.0 / compliance : 0.0;
+  } else {
+    const auto& all = model.natural_frequencies_hz();
+    result.frequencies_hz.assign(all.begin(), all.begin() + count);
+    for (int i = 0; i < count; ++i) result.shapes.push_back(model.shape(i, result.positions));
+    const double compliance = model.static_compliance(end, end);
+    result.tip_stiffness = compliance > 0.0 ? 1.0 / compliance : 0.0;
+  }
+  if (one.spindle_speed > 0.0) {
+    vibration::ElementOptions stout = one.elements;
+    stout.theory = vibration::BeamTheory::timoshenko;
+    result.whirl_hz = vibration::BeamModel(one.beam, stout)
+                          .whirl_frequencies_hz(one.spindle_speed, 2 * std::min(count, 12));
+  }
+  result.tip = vibration::tip_modes(model, end, count, 0.02, 1.0, 0.0);
+  return result;
+}
+
+Json document_of(const Result& result, const io::ModesCase& one) {
+  Json document;
+  document["method"] = one.exact ? "exact" : "finite-element";
+  document["natural_frequencies_hz"] = result.frequencies_hz;
+  document["static_tip_stiffness_n_per_mm"] = result.tip_stiffness * units::mm;
+  Json& tip = document["modal_stiffness_at_tip_n_per_mm"] = Json::array();
+  for (const auto& mode : result.tip) {
+    tip.push_back(vibration::modal_stiffness(mode) * units::mm);
+  }
+  if (!result.whirl_hz.empty()) document["whirl_frequencies_hz"] = result.whirl_hz;
+  Json& shapes = document["mode_shapes"];
+  shapes["position_mm"] = Json::array();
+  for (const double x : result.positions) shapes["position_mm"].push_back(x / units::mm);
+  shapes["deflection"] = result.shapes;
+  return document;
+}
+
+std::vector<std::vector<std::string>> rows_of(const Result& result) {
+  std::vector<std::vector<std::string>> rows{
+      {"mode", "frequency, Hz", "stiffness at the tip, N/mm", "2-flute resonance, rpm"}};
+  for (std::size_t i = 0; i < result.frequencies_hz.size(); ++i) {
+    rows.push_back(
+        {fmt::format("{}", i + 1), fmt::format("{:.2f}", result.frequencies_hz[i]),
+         i < result.tip.size()
+             ? fmt::format("{:.4g}", vibration::modal_stiffness(result.tip[i]) * units::mm)
+             : "",
+         fmt::format("{:.0f}", 30.0 * result.frequencies_hz[i])});
+  }
+  rows.push_back({"static", "", fmt::format("{:.4g}", result.tip_stiffness * units::mm), ""});
+  for (std::size_t i = 0; i < result.whirl_hz.size(); ++i) {
+    rows.push_back({fmt::format("whirl {}", i + 1), fmt::format("{:.2f}", result.whirl_hz[i])});
+  }
+  return rows;
+}
+
+void draw_shapes(const Result& result, const io::ModesCase& one,
+                 const std::filesystem::path& file) {
+  io::LinePlot plot{.title = "Mode shapes",
+                    .x = {.label = "distance from the chuck, mm"},
+                    .panels = {{.y = {.label = "deflection, largest = 1"}, .series = {}}}};
+  std::vector<double> mm;
+  for (const double x : result.positions) mm.push_back(x / units::mm);
+  for (std::size_t i = 0; i < result.shapes.size(); ++i) {
+    plot.panels[0].series.push_back(
+        {.label = fmt::format("{}: {:.0f} Hz", i + 1, result.frequencies_hz[i]),
+         .x = mm,
+         .y = result.shapes[i]});
+  }
+  io::Series supports{.label = "supports", .x = {}, .y = {}, .mark = io::Mark::points};
+  for (const auto& support : one.beam.supports) {
+    supports.x.push_back(support.position / units::mm);
+    supports.y.push_back(0.0);
+  }
+  plot.panels[0].series.push_back(supports);
+  io::draw(plot, file);
+}
+
+void run(const CaseArguments& arguments) {
+  const auto runs = io::read_case(arguments.case_file, arguments.overrides);
+  std::vector<std::pair<std::string, Json>> documents;
+  for (const io::CaseRun& case_run : runs) {
+    const io::ModesCase one = io::read_modes_case(case_run);
+    const Result result = solve(one);
+    documents.emplace_back(case_run.name, document_of(result, one));
+    if (!arguments.directory.empty()) {
+      const auto place = run_directory(arguments.directory, "modes", case_run.name, runs.size() > 1,
+                                       one.expanded, documents.back().second);
+      draw_shapes(result, one, place / "mode_shapes.png");
+    }
+    if (arguments.format == Format::csv) print_csv(rows_of(result));
+    if (arguments.format == Format::table) print_table(rows_of(result));
+  }
+  if (arguments.format == Format::json) print_documents(documents);
+}
+
+}  // namespace
+
+void add_modes(CLI::App& program) {
+  auto arguments = std::make_shared<CaseArguments>();
+  CLI::App* command = program.add_subcommand(
+      "modes", "natural frequencies, mode shapes and stiffness of a tool, holder and bearings");
+  add_case_arguments(*command, *arguments);
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace osteomill::cli

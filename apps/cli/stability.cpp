@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/vibration/stability.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "command.hpp"
+#include "documents.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/plot.hpp"
+#include "osteomill/io/vibration_case.hpp"
+#include "osteomill/vibration/frequency_domain.hpp"
+
+namespace osteomill::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using namespace vibration;
+
+const char* name_of(Bifurcation bifurcation) {
+  switch (bifurcation) {
+    case Bifurcation::hopf:
+      return "hopf";
+    case Bifurcation::flip:
+      return "flip";
+    case Bifurcation::fold:
+      return "fold";
+    default:
+      return "none";
+  }
+}
+
+const char* name_of(StabilityMethod method) {
+  switch (method) {
+    case StabilityMethod::zero_order:
+      return "zero-order";
+    case StabilityMethod::multi_frequency:
+      return "multi-frequency";
+    case StabilityMethod::full_discretisation:
+      return "full-discretisation";
+    case StabilityMethod::collocation:
+      return "collocation";
+    default:
+      return "semi-discretisation";
+  }
+}
+
+struct Result {
+  std::vector<LobePoint> lobes;
+  FrequencyDomainLimit minimum;
+  std::vector<double> depths;
+  std::vector<double> radii;
+  std::optional<double> working_radius;
+  std::optional<LobePoint> working_limit;
+  std::vector<std::string> warnings;
+};
+
+Result solve(const io::StabilityCase& one) {
+  const RegenerativeSystem system(one.structure.modes, *one.cut);
+  Result result;
+  StabilityOptions options = one.options;
+  options.progress = console_progress();
+  result.lobes = one.continuation ? lobes_by_continuation(system, one.speeds, options)
+                                  : lobes(system, one.speeds, options);
+  result.minimum = ZeroOrder(system).absolute_minimum();
+  for (int k = 1; k <= one.map_depths; ++k) {
+    result.depths.push_back(one.options.max_depth * k / one.map_depths);
+  }
+  if (!result.depths.empty()) {
+    result.radii = stability_map(system, one.speeds, result.depths, options);
+  }
+  if (one.depth && one.speed) {
+    options.method = StabilityMethod::semi_discretisation;
+    result.working_radius = spectral_radius(system, *one.speed, *one.depth, options);
+    result.working_limit = lobes(system, {*one.speed}, options)[0];
+  }
+  result.warnings = one.caveats;
+  if (one.options.method == StabilityMethod::zero_order &&
+      one.cut->exit() - one.cut->entry() < 0.6 * std::numbers::pi) {
+    result.warnings.push_back(
+        "zero-order knows neither flip lobes nor stable pockets of interrupted cuts and is wrong "
+        "at low immersion; compare with \"semi-discretisation\"");
+  }
+  return result;
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json document_of(const Result& result, const io::StabilityCase& one) {
+  Json document;
+  document["method"] = name_of(one.options.method);
+  Json& list = document["lobes"] = Json::array();
+  for (const LobePoint& point : result.lobes) {
+    list.push_back({{"spindle_speed_rpm", point.spindle_speed / units::rpm},
+                    {"limit_depth_mm", number_or_null(point.limit_depth / units::mm)},
+                    {"chatter_frequency_hz", point.bifurcation == Bifurcation::none
+                                                 ? Json(nullptr)
+                                                 : Json(point.chatter_frequency_hz)},
+                    {"bifurcation", name_of(point.bifurcation)}});
+  }
+  document["absolute_minimum_depth_mm"] = number_or_null(result.minimum.depth / units::mm);
+  document["absolute_minimum_chatter_frequency_hz"] =
+      std::isfinite(result.minimum.depth) ? Json(result.minimum.chatter_frequency_hz)
+                                          : Json(nullptr);
+  if (result.working_radius) {
+    document["working_point"] = {
+        {"spindle_speed_rpm", *one.speed / units::rpm},
+        {"axial_depth_mm", *one.depth / units::mm},
+        {"spectral_radius", *result.working_radius},
+        {"stable", *result.working_radius < 1.0},
+        {"limit_depth_mm", number_or_null(result.working_limit->limit_depth / units::mm)}};
+  }
+  if (!result.radii.empty()) {
+    Json& map = document["map"];
+    map["axial_depth_mm"] = Json::array();
+    for (const double depth : result.depths) map["axial_depth_mm"].push_back(depth / units::mm);
+    map["spectral_radius"] = Json::array();  // one row a speed, in the order of lobes
+    const std::size_t rows = result.lobes.size(), columns = result.depths.size();
+    for (std::size_t i = 0; i < rows; ++i) {
+      map["spectral_radius"].push_back(std::vector<double>(
+          result.radii.begin() + static_cast<std::ptrdiff_t>(i * columns),
+          result.radii.begin() + static_cast<std::ptrdiff_t>((i + 1) * columns)));
+    }
+  }
+  document["warnings"] = result.warnings;
+  return document;
+}
+
+std::vector<std::vector<std::string>> rows_of(const Result& result) {
+  std::vector<std::vector<std::string>> rows{
+      {"spindle speed, rpm", "limit depth, mm", "chatter, Hz", "loses stability by"}};
+  for (const LobePoint& point : result.lobes) {
+    const bool limited = point.bifurcation != Bifurcation::none;
+    rows.push_back({fmt::format("{:.0f}", point.spindle_speed / units::rpm),
+                    limited ? fmt::format("{:.5f}", point.limit_depth / units::mm) : "above range",
+                    limited ? fmt::format("{:.1f}", point.chatter_frequency_hz) : "",
+                    name_of(point.bifurcation)});
+  }
+  return rows;
+}
+
+void draw_lobes(const Result& result, const io::StabilityCase& one,
+                const std::filesystem::path& place) {
+  if (result.lobes.size() < 2) return;
+  io::Series hopf{.label = "Hopf", .x = {}, .y = {}, .mark = io::Mark::points};
+  io::Series flip{.label = "flip", .x = {}, .y = {}, .mark = io::Mark::points};
+  io::Series border{.label = "stability limit", .x = {}, .y = {}};
+  io::Series frequency{.label = "chatter frequency", .x = {}, .y = {}, .mark = io::Mark::points};
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  for (const LobePoint& point : result.lobes) {
+    const double n = 1e-3 * point.spindle_speed / units::rpm;
+    const bool limited = point.bifurcation != Bifurcation::none;
+    border.x.push_back(n);
+    border.y.push_back(limited ? point.limit_depth / units::mm : none);
+    if (!limited) continue;
+    io::Series& kind = point.bifurcation == Bifurcation::flip ? flip : hopf;
+    kind.x.push_back(n);
+    kind.y.push_back(point.limit_depth / units::mm);
+    frequency.x.push_back(n);
+    frequency.y.push_back(point.chatter_frequency_hz);
+  }
+  io::Panel depth{.y = {.label = "axial depth, mm", .low = 0.0}, .series = {border}};
+  if (!hopf.x.empty()) depth.series.push_back(hopf);
+  if (!flip.x.empty()) depth.series.push_back(flip);
+  if (std::isfinite(result.minimum.depth)) {
+    depth.limits.push_back(
+        {result.minimum.depth / units::mm, "stable at every speed (zero order)"});
+  }
+  io::LinePlot plot{.title = fmt::format("Stability lobes, {}", name_of(one.options.method)),
+                    .x = {.label = "spindle speed, 1000 rpm"},
+                    .panels = {depth},
+                    .height = 560};
+  if (!frequency.x.empty()) {
+    plot.panels.push_back(
+        {.y = {.label = "chatter, Hz"}, .series = {frequency}, .share_of_height = 0.5});
+  }
+  io::draw(plot, place / "lobes.png");
+  if (result.radii.empty()) return;
+  io::HeatMap map{.title = "Margin: how much a disturbance keeps from tooth to tooth",
+                  .x = {.label = "spindle speed, 1000 rpm"},
+                  .y = {.label = "axial depth, mm"},
+                  .value_label = "spectral radius (stable below 1)",
+                  .x_centres = {},
+                  .y_centres = {},
+                  .values = {},
+                  .low = 0.0,
+                  .high = 2.0};
+  for (const LobePoint& point : result.lobes)
+    map.x_centres.push_back(1e-3 * point.spindle_speed / units::rpm);
+  for (const double d : result.depths) map.y_centres.push_back(d / units::mm);
+  const std::size_t columns = result.depths.size();
+  for (std::size_t k = 0; k < columns; ++k) {
+    for (std::size_t i = 0; i < result.lobes.size(); ++i) {
+      map.values.push_back(result.radii[i * columns + k]);
+    }
+  }
+  map.contours = {1.0};
+  io::draw(map, place / "margin.png");
+}
+
+void run(const CaseArguments& arguments) {
+  const auto runs = io::read_case(arguments.case_file, arguments.overrides);
+  std::vector<std::pair<std::string, Json>> documents;
+  for (const io::CaseRun& case_run : runs) {
+    const io::StabilityCase one = io::read_stability_case(case_run);
+    const Result result = solve(one);
+    for (const std::string& warning : result.warnings) warn(warning);
+    documents.emplace_back(case_run.name, document_of(result, one));
+    if (!arguments.directory.empty()) {
+      const auto place = run_directory(arguments.directory, "stability", case_run.name,
+                                       runs.size() > 1, one.expanded, documents.back().second);
+      draw_lobes(result, one, place);
+    }
+    if (arguments.format == Format::csv) print_csv(rows_of(result));
+    if (arguments.format == Format::table) {
+      print_table(rows_of(result));
+      if (std::isfinite(result.minimum.depth)) {
+        fmt::print("\nat every speed below {:.5f} mm (zero-order estimate; chatter at {:.1f} Hz)\n",
+                   result.minimum.depth / units::mm, result.minimum.chatter_frequency_hz);
+      }
+      if (result.working_radius) {
+        fmt::print("this cut: {} (a disturbance keeps {:.3f} of itself from tooth to tooth)\n",
+                   *result.working_radius < 1.0 ? "stable" : "chatters", *result.working_radius);
+      }
+    }
+  }
+  if (arguments.format == Format::json) print_documents(documents);
+}
+
+}  // namespace
+
+void add_stability(CLI::App& program) {
+  auto arguments = std::make_shared<CaseArguments>();
+  CLI::App* command =
+      program.add_subcommand("stability", "depth at which milling chatters, by spindle speed");
+  add_case_arguments(*command, *arguments);
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace osteomill::cli
