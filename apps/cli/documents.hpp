@@ -1,22 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "command.hpp"
+#include "osteomill/io/case_file.hpp"
 
 namespace osteomill::cli {
 
-/// One document a run, by name. A case of one run prints it alone, a case of several prints
-/// { "runs": [ { "name": …, … } ] }.
-void print_documents(const std::vector<std::pair<std::string, nlohmann::ordered_json>>& runs);
+/// A picture of a run directory.
+struct Figure {
+  std::string name;     ///< of the file, without suffix
+  std::string caption;  ///< what it shows
+  std::function<void(const std::filesystem::path& file)> draw;
+};
 
-/// Creates the run directory with run.json: version, case and results. Returns where it is.
-std::filesystem::path run_directory(const std::filesystem::path& directory,
-                                    const std::string& command, const std::string& run_name,
-                                    bool several, const nlohmann::ordered_json& expanded_case,
-                                    const nlohmann::ordered_json& results);
+/// What a command has to show of one run.
+struct Shown {
+  nlohmann::ordered_json document;
+  nlohmann::ordered_json expanded;             ///< the case with its defaults
+  std::vector<std::vector<std::string>> rows;  ///< with a heading row
+  std::vector<std::string> sentences = {};     ///< below the table
+  std::vector<std::string> warnings = {};
+  std::vector<Figure> figures = {};
+};
+
+/// Solves every run of a case and shows it as the arguments ask: one JSON document (of one run, or
+/// { "runs": [ { "name": …, … } ] }), a table or csv; with -o a run directory with run.json,
+/// figures and report.html.
+void show_runs(const CaseArguments& arguments, const std::string& command,
+               const std::function<Shown(const io::CaseRun&)>& solve);
 
 }  // namespace osteomill::cli

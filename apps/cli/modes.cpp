@@ -5,10 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "command.hpp"
 #include "documents.hpp"
 #include "osteomill/base/units.hpp"
-#include "osteomill/io/case_file.hpp"
 #include "osteomill/io/plot.hpp"
 #include "osteomill/io/vibration_case.hpp"
 #include "osteomill/vibration/beam_elements.hpp"
@@ -115,22 +113,14 @@ void draw_shapes(const Result& result, const io::ModesCase& one,
   io::draw(plot, file);
 }
 
-void run(const CaseArguments& arguments) {
-  const auto runs = io::read_case(arguments.case_file, arguments.overrides);
-  std::vector<std::pair<std::string, Json>> documents;
-  for (const io::CaseRun& case_run : runs) {
-    const io::ModesCase one = io::read_modes_case(case_run);
-    const Result result = solve(one);
-    documents.emplace_back(case_run.name, document_of(result, one));
-    if (!arguments.directory.empty()) {
-      const auto place = run_directory(arguments.directory, "modes", case_run.name, runs.size() > 1,
-                                       one.expanded, documents.back().second);
-      draw_shapes(result, one, place / "mode_shapes.png");
-    }
-    if (arguments.format == Format::csv) print_csv(rows_of(result));
-    if (arguments.format == Format::table) print_table(rows_of(result));
-  }
-  if (arguments.format == Format::json) print_documents(documents);
+Shown show(const io::CaseRun& run) {
+  const io::ModesCase one = io::read_modes_case(run);
+  const Result result = solve(one);
+  return {.document = document_of(result, one),
+          .expanded = one.expanded,
+          .rows = rows_of(result),
+          .figures = {{"mode_shapes", "Mode shapes and supports",
+                       [=](const auto& file) { draw_shapes(result, one, file); }}}};
 }
 
 }  // namespace
@@ -140,7 +130,7 @@ void add_modes(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "modes", "natural frequencies, mode shapes and stiffness of a tool, holder and bearings");
   add_case_arguments(*command, *arguments);
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { show_runs(*arguments, "modes", show); });
 }
 
 }  // namespace osteomill::cli

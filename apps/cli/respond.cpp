@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "command.hpp"
 #include "documents.hpp"
 #include "osteomill/base/units.hpp"
-#include "osteomill/io/case_file.hpp"
 #include "osteomill/io/plot.hpp"
 #include "osteomill/io/vibration_case.hpp"
 #include "osteomill/vibration/forced_response.hpp"
@@ -117,56 +115,53 @@ void draw_sweep(const Result& result, const io::RespondCase& one,
            file);
 }
 
-void print_rows(const Result& result, const io::RespondCase& one, bool csv) {
+/// A table has room for the ends, peaks and valleys of the sweep; JSON has all.
+std::vector<std::vector<std::string>> rows_of(const Result& result, const io::RespondCase& one) {
   std::vector<std::vector<std::string>> rows{
       {"spindle speed, rpm", "feed, mm/s", "peak deflection, mm", "static, mm", "amplification"}};
-  // A table has room for the local extremes; csv has all.
   for (std::size_t i = 0; i < result.sweep.size(); ++i) {
     const ForcedPoint& point = result.sweep[i];
     const std::size_t within = i % one.speeds.size();
     const bool end = within == 0 || within + 1 == one.speeds.size();
-    const bool extreme = !end && (result.sweep[i].peak - result.sweep[i - 1].peak) *
-                                         (result.sweep[i + 1].peak - result.sweep[i].peak) <=
-                                     0.0;
-    if (!csv && !end && !extreme) continue;
+    const bool extreme =
+        !end &&
+        (point.peak - result.sweep[i - 1].peak) * (result.sweep[i + 1].peak - point.peak) <= 0.0;
+    if (!end && !extreme) continue;
     rows.push_back({fmt::format("{:.0f}", point.spindle_speed / units::rpm),
                     fmt::format("{:g}", point.feed_rate / units::mm_per_s),
                     fmt::format("{:.4g}", point.peak / units::mm),
                     fmt::format("{:.4g}", point.static_peak / units::mm),
                     fmt::format("{:.2f}", point.amplification())});
   }
-  if (csv) return print_csv(rows);
-  fmt::print("ends, peaks and valleys of the sweep:\n");
-  print_table(rows);
-  fmt::print("\nresonance speeds, rpm:");
-  for (const ResonanceSpeed& r : result.resonances) {
-    fmt::print(" {:.0f} (mode {}, harmonic {})", r.spindle_speed / units::rpm, r.mode, r.harmonic);
-  }
-  fmt::print("\ncalm speeds, rpm:");
-  for (const CalmRange& range : result.calm) {
-    fmt::print(" {:.0f}-{:.0f}", range.low / units::rpm, range.high / units::rpm);
-  }
-  fmt::print("\n");
+  return rows;
 }
 
-void run(const CaseArguments& arguments) {
-  const auto runs = io::read_case(arguments.case_file, arguments.overrides);
-  std::vector<std::pair<std::string, Json>> documents;
-  for (const io::CaseRun& case_run : runs) {
-    const io::RespondCase one = io::read_respond_case(case_run);
-    const Result result = solve(one);
-    for (const std::string& warning : one.caveats) warn(warning);
-    documents.emplace_back(case_run.name, document_of(result, one));
-    if (!arguments.directory.empty()) {
-      const auto place = run_directory(arguments.directory, "respond", case_run.name,
-                                       runs.size() > 1, one.expanded, documents.back().second);
-      draw_sweep(result, one, place / "forced_vibration.png");
-    }
-    if (arguments.format != Format::json) {
-      print_rows(result, one, arguments.format == Format::csv);
-    }
+std::vector<std::string> sentences_of(const Result& result) {
+  std::string resonances = "resonance speeds, rpm:";
+  for (const ResonanceSpeed& r : result.resonances) {
+    resonances += fmt::format(" {:.0f} (mode {}, harmonic {})", r.spindle_speed / units::rpm,
+                              r.mode, r.harmonic);
   }
-  if (arguments.format == Format::json) print_documents(documents);
+  std::string calm = "calm speeds, rpm:";
+  for (const CalmRange& range : result.calm) {
+    calm += fmt::format(" {:.0f}-{:.0f}", range.low / units::rpm, range.high / units::rpm);
+  }
+  return {resonances, calm};
+}
+
+Shown show(const io::CaseRun& run) {
+  const io::RespondCase one = io::read_respond_case(run);
+  const Result result = solve(one);
+  Shown shown{.document = document_of(result, one),
+              .expanded = one.expanded,
+              .rows = rows_of(result, one),
+              .sentences = sentences_of(result),
+              .warnings = one.caveats};
+  if (one.speeds.size() > 1) {
+    shown.figures.push_back({"forced_vibration", "Largest tip deflection over spindle speed",
+                             [=](const auto& file) { draw_sweep(result, one, file); }});
+  }
+  return shown;
 }
 
 }  // namespace
@@ -176,7 +171,7 @@ void add_respond(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "respond", "forced vibration of the tip over spindle speed and feed, and calm speeds");
   add_case_arguments(*command, *arguments);
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { show_runs(*arguments, "respond", show); });
 }
 
 }  // namespace osteomill::cli

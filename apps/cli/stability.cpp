@@ -9,10 +9,8 @@
 #include <numbers>
 #include <optional>
 
-#include "command.hpp"
 #include "documents.hpp"
 #include "osteomill/base/units.hpp"
-#include "osteomill/io/case_file.hpp"
 #include "osteomill/io/plot.hpp"
 #include "osteomill/io/vibration_case.hpp"
 #include "osteomill/vibration/frequency_domain.hpp"
@@ -146,8 +144,7 @@ std::vector<std::vector<std::string>> rows_of(const Result& result) {
 }
 
 void draw_lobes(const Result& result, const io::StabilityCase& one,
-                const std::filesystem::path& place) {
-  if (result.lobes.size() < 2) return;
+                const std::filesystem::path& file) {
   io::Series hopf{.label = "Hopf", .x = {}, .y = {}, .mark = io::Mark::points};
   io::Series flip{.label = "flip", .x = {}, .y = {}, .mark = io::Mark::points};
   io::Series border{.label = "stability limit", .x = {}, .y = {}};
@@ -180,8 +177,10 @@ void draw_lobes(const Result& result, const io::StabilityCase& one,
     plot.panels.push_back(
         {.y = {.label = "chatter, Hz"}, .series = {frequency}, .share_of_height = 0.5});
   }
-  io::draw(plot, place / "lobes.png");
-  if (result.radii.empty()) return;
+  io::draw(plot, file);
+}
+
+void draw_margin(const Result& result, const std::filesystem::path& file) {
   io::HeatMap map{.title = "Margin: how much a disturbance keeps from tooth to tooth",
                   .x = {.label = "spindle speed, 1000 rpm"},
                   .y = {.label = "axial depth, mm"},
@@ -201,36 +200,42 @@ void draw_lobes(const Result& result, const io::StabilityCase& one,
     }
   }
   map.contours = {1.0};
-  io::draw(map, place / "margin.png");
+  io::draw(map, file);
 }
 
-void run(const CaseArguments& arguments) {
-  const auto runs = io::read_case(arguments.case_file, arguments.overrides);
-  std::vector<std::pair<std::string, Json>> documents;
-  for (const io::CaseRun& case_run : runs) {
-    const io::StabilityCase one = io::read_stability_case(case_run);
-    const Result result = solve(one);
-    for (const std::string& warning : result.warnings) warn(warning);
-    documents.emplace_back(case_run.name, document_of(result, one));
-    if (!arguments.directory.empty()) {
-      const auto place = run_directory(arguments.directory, "stability", case_run.name,
-                                       runs.size() > 1, one.expanded, documents.back().second);
-      draw_lobes(result, one, place);
-    }
-    if (arguments.format == Format::csv) print_csv(rows_of(result));
-    if (arguments.format == Format::table) {
-      print_table(rows_of(result));
-      if (std::isfinite(result.minimum.depth)) {
-        fmt::print("\nat every speed below {:.5f} mm (zero-order estimate; chatter at {:.1f} Hz)\n",
-                   result.minimum.depth / units::mm, result.minimum.chatter_frequency_hz);
-      }
-      if (result.working_radius) {
-        fmt::print("this cut: {} (a disturbance keeps {:.3f} of itself from tooth to tooth)\n",
-                   *result.working_radius < 1.0 ? "stable" : "chatters", *result.working_radius);
-      }
-    }
+std::vector<std::string> sentences_of(const Result& result) {
+  std::vector<std::string> sentences;
+  if (std::isfinite(result.minimum.depth)) {
+    sentences.push_back(
+        fmt::format("stable at every speed below {:.5f} mm (zero-order estimate; chatter at "
+                    "{:.1f} Hz)",
+                    result.minimum.depth / units::mm, result.minimum.chatter_frequency_hz));
   }
-  if (arguments.format == Format::json) print_documents(documents);
+  if (result.working_radius) {
+    sentences.push_back(fmt::format(
+        "this cut {}: a disturbance keeps {:.3f} of itself from tooth to tooth",
+        *result.working_radius < 1.0 ? "is stable" : "chatters", *result.working_radius));
+  }
+  return sentences;
+}
+
+Shown show(const io::CaseRun& run) {
+  const io::StabilityCase one = io::read_stability_case(run);
+  const Result result = solve(one);
+  Shown shown{.document = document_of(result, one),
+              .expanded = one.expanded,
+              .rows = rows_of(result),
+              .sentences = sentences_of(result),
+              .warnings = result.warnings};
+  if (result.lobes.size() > 1) {
+    shown.figures.push_back({"lobes", "Stability lobes and chatter frequency",
+                             [=](const auto& file) { draw_lobes(result, one, file); }});
+  }
+  if (result.lobes.size() > 1 && result.depths.size() > 1) {
+    shown.figures.push_back({"margin", "Margin map: the spectral radius, stable below 1",
+                             [=](const auto& file) { draw_margin(result, file); }});
+  }
+  return shown;
 }
 
 }  // namespace
@@ -240,7 +245,7 @@ void add_stability(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("stability", "depth at which milling chatters, by spindle speed");
   add_case_arguments(*command, *arguments);
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments] { show_runs(*arguments, "stability", show); });
 }
 
 }  // namespace osteomill::cli
