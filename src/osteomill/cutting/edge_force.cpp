@@ -22,7 +22,7 @@ double polynomial(const std::vector<double>& coefficients, double x) {
 
 double value(const LogLaw& law, const Chip& chip, const EdgePlace&) {
   double l = chip.log_h_um;
-  if (law.k3 >= 0.0 && chip.h < law.range.low)
+  if (has_floor(law) && chip.h < law.range.low)
     l = std::log10(law.range.low / units::um);
   else if (!(chip.h > 0.0))
     return 0.0;
@@ -58,7 +58,7 @@ void check_law(const LogLaw& law, std::string_view field) {
   require_number(field, "k1", law.k1);
   require_number(field, "k2", law.k2);
   require_number(field, "k3", law.k3);
-  if (law.k3 >= 0.0 && !(law.k3 == 0.0 && law.k2 >= 0.0) && law.range.low <= 0.0) {
+  if (has_floor(law) && law.range.low <= 0.0) {
     refuse(field, "k3", std::to_string(law.k3),
            "must be < 0 when the law states no least chip thickness",
            "the force would grow without limit as the chip vanishes; state the law's range");

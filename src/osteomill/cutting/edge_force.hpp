@@ -25,6 +25,9 @@ struct LogLaw {
   ChipRange range = {};
 };
 
+/// Whether the law grows without limit as the chip vanishes, so that `range.low` must stop it.
+inline bool has_floor(const LogLaw& law) { return law.k3 > 0.0 || (law.k3 == 0.0 && law.k2 < 0.0); }
+
 /// F = K h^n + F_e, [plaskos2002] eq. 2, [plaskos2006] eq. 2.2. The sources have h in mm and F in
 /// N/mm, so `at_1_mm` is their K_c in N/m: the force per width that a chip of 1 mm would take.
 /// Kienzle's law is the same with n = 1 - m and no edge force: see kienzle().
