@@ -14,21 +14,6 @@ namespace {
 
 constexpr double kLn10 = std::numbers::ln10;
 
-struct Instructions {
-  std::string_view name;
-  kernel::Evaluate evaluate;
-};
-
-const Instructions& instructions() {
-  static const Instructions best = [] {
-    if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) {
-      return Instructions{"avx2", kernel::evaluate_avx2};
-    }
-    return Instructions{"sse2", kernel::evaluate_sse2};
-  }();
-  return best;
-}
-
 std::optional<kernel::Curve> curve_of(const EdgeForce& law) {
   if (const auto* log = std::get_if<LogLaw>(&law)) {
     if (has_floor(*log)) return std::nullopt;
@@ -45,8 +30,16 @@ std::optional<kernel::Curve> curve_of(const EdgeForce& law) {
 
 }  // namespace
 
+const kernel::Functions& kernel::best() {
+  static const Functions& best =
+      __builtin_cpu_supports("avx512f") != 0                                      ? kAvx512
+      : __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0 ? kAvx2
+                                                                                  : kSse2;
+  return best;
+}
+
 ComponentBatch::ComponentBatch(const CuttingLaw& law) : law_(law) {
-  if (law.orientation == OrientationCriterion::puw_hocheng) return;
+  if (law.orientation == OrientationCriterion::puw_hocheng || law.minimum_chip > 0.0) return;
   if (law.orientation == OrientationCriterion::hankinson && law.orientation_exponent != 2.0) return;
   const DirectionalLaw* const laws[] = {&law.tangential, &law.radial,
                                         law.lateral ? &*law.lateral : nullptr};
@@ -83,10 +76,8 @@ void ComponentBatch::operator()(std::span<const double> h, std::span<const doubl
   kernel::Curves curves = curves_;
   if (law_.lateral_inclination != 0.0) curves.scale[2] = inclination / law_.lateral_inclination;
   double* const out[3] = {tangential.data(), radial.data(), lateral.data()};
-  instructions().evaluate(curves, h.data(), cosine.data(), h.size(), out);
+  kernel::best().evaluate(curves, h.data(), cosine.data(), h.size(), out);
   if (!law_.lateral) std::fill(lateral.begin(), lateral.end(), 0.0);
 }
-
-std::string_view ComponentBatch::instruction_set() { return instructions().name; }
 
 }  // namespace osteomill::cutting

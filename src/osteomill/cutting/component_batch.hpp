@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string_view>
 
 #include "osteomill/cutting/component_kernel.hpp"
 #include "osteomill/cutting/cutting_law.hpp"
@@ -23,8 +22,8 @@ class ComponentBatch {
                   std::span<double> lateral) const;
 
   bool vectorised() const { return vectorised_; }
-  /// "avx2", "sse2". (AVX-512 was tried and is not faster: its wider exp costs what it saves.)
-  static std::string_view instruction_set();
+  /// For code that goes beyond components; only when vectorised().
+  const kernel::Curves& curves() const { return curves_; }
 
  private:
   CuttingLaw law_;

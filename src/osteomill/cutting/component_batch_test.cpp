@@ -64,14 +64,15 @@ TEST(ComponentBatch, EveryInstructionSetOfTheMachineAgrees) {
   std::vector<double> reference(h.size()), other(h.size());
   double* const to_reference[3] = {reference.data(), nullptr, nullptr};
   double* const to_other[3] = {other.data(), nullptr, nullptr};
-  kernel::evaluate_sse2(curves, h.data(), cosine.data(), h.size(), to_reference);
-  const auto compare = [&](kernel::Evaluate evaluate) {
-    evaluate(curves, h.data(), cosine.data(), h.size(), to_other);
+  kernel::kSse2.evaluate(curves, h.data(), cosine.data(), h.size(), to_reference);
+  const auto compare = [&](const kernel::Functions& functions) {
+    functions.evaluate(curves, h.data(), cosine.data(), h.size(), to_other);
     for (std::size_t i = 0; i < h.size(); ++i) {
       EXPECT_NEAR(other[i], reference[i], 1e-13 * reference[i]);
     }
   };
-  if (__builtin_cpu_supports("avx2") != 0) compare(kernel::evaluate_avx2);
+  if (__builtin_cpu_supports("avx2") != 0) compare(kernel::kAvx2);
+  if (__builtin_cpu_supports("avx512f") != 0) compare(kernel::kAvx512);
 }
 
 }  // namespace

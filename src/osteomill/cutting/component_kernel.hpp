@@ -3,8 +3,9 @@
 
 #include <cstddef>
 
-/// The vector code behind ComponentBatch. One translation unit an instruction set, each compiled
-/// with its own flags: nothing here may be an inline function of a shared header.
+/// The vector code behind ComponentBatch and sliced_revolution. One translation unit an instruction
+/// set, each compiled with its own flags: nothing here may be an inline function of a shared
+/// header.
 namespace osteomill::cutting::kernel {
 
 /// F = exp(a + b l + c l²) + edge in N/m, l = ln of h in µm. Log laws and power laws.
@@ -21,10 +22,35 @@ struct Curves {
   int components;  ///< 2 or 3
 };
 
-using Evaluate = void (*)(const Curves& curves, const double* h, const double* cosine,
-                          std::size_t count, double* const out[3]);
+/// Edge elements of one flute in one slice, at rotation angles that a table has: the element's
+/// angle is that of the table less a lag.
+struct Strip {
+  double sin_lag, cos_lag;
+  double chip_sine;  ///< h = chip_sine sin theta - chip_axial
+  double chip_axial;
+  double fibre_x, fibre_y;
+  double sin_kappa, cos_kappa;
+  double width;  ///< of cut, m
+};
 
-void evaluate_sse2(const Curves&, const double*, const double*, std::size_t, double* const[3]);
-void evaluate_avx2(const Curves&, const double*, const double*, std::size_t, double* const[3]);
+struct Functions {
+  const char* name;
+  /// out[component][i] for h[i] and the cosine between motion and fibres.
+  void (*evaluate)(const Curves&, const double* h, const double* cosine, std::size_t count,
+                   double* const out[3]);
+  /// Adds the forces of a strip at `count` angles of the table to x, y, z.
+  void (*add_strip)(const Curves&, const Strip&, const double* sine, const double* cosine,
+                    std::size_t count, double* x, double* y, double* z);
+  /// out[i] = exp(in[i]) and ln(in[i]), the kernel's own, to measure what it could reach.
+  void (*exponential)(const double* in, std::size_t count, double* out);
+  void (*logarithm)(const double* in, std::size_t count, double* out);
+};
+
+extern const Functions kSse2;
+extern const Functions kAvx2;
+extern const Functions kAvx512;
+
+/// The widest that this machine has.
+const Functions& best();
 
 }  // namespace osteomill::cutting::kernel

@@ -6,6 +6,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/flutes.hpp"
 
 namespace osteomill::cutting {
 
@@ -43,6 +44,12 @@ void check(const Condition& condition, const Cutter& cutter) {
   }
   require_within("cut.feed_elevation_deg", condition.feed_elevation / units::deg, -90.0, 90.0,
                  "deg");
+  if (condition.path == ToothPath::trochoidal &&
+      (condition.feed_elevation != 0.0 || !Flutes(cutter).equal())) {
+    throw InvalidInput(Fault{"cut.tooth_path", "trochoidal",
+                             "needs a horizontal feed and equal flutes without run-out",
+                             "take the circular path"});
+  }
   if (!(std::abs(condition.fibre_T.norm() - 1.0) < 1e-9)) {
     throw InvalidInput(Fault{"cut.fibre_angle_deg", "", "fibres must have a direction", ""});
   }

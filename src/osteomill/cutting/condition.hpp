@@ -6,6 +6,12 @@
 
 namespace osteomill::cutting {
 
+/// What an edge is taken to move along when the chip is worked out.
+enum class ToothPath {
+  circular,    ///< Martellotti's approximation for feeds much smaller than the radius
+  trochoidal,  ///< exact; horizontal feeds and equal flutes
+};
+
 /// How the cutter moves. The tool frame T has x along the horizontal part of the feed (see Cutter).
 struct Condition {
   double spindle_speed = 0.0;   ///< rad/s
@@ -13,6 +19,7 @@ struct Condition {
   double feed_elevation =
       0.0;  ///< of the feed above the plane normal to the axis, rad; < 0 plunges
   geometry::Vector3 fibre_T = geometry::Vector3::UnitX();  ///< unit vector along the bone's fibres
+  ToothPath path = ToothPath::circular;
 };
 
 /// Fibres in the plane normal to the tool axis, at an angle from the feed towards +y, rad.

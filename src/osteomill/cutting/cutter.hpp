@@ -1,11 +1,44 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
 namespace osteomill::cutting {
 
-enum class CutterShape { cylindrical, ball };
+enum class CutterShape {
+  cylindrical,
+  ball,
+  bull,     ///< a corner of corner_radius below the cylinder
+  tapered,  ///< a ball of corner_radius, then a cone of taper_angle up to the full radius
+  profile,  ///< straight lines between the points of `profile`
+};
 
-/// A milling cutter: a surface of revolution about the tool axis with equally spaced flutes on it.
+/// How the edge winds where the radius changes.
+enum class Lead {
+  constant_lead,   ///< equal turn for equal height; helix_angle is that at the full radius
+  constant_angle,  ///< helix_angle everywhere on straight parts; a rounded part keeps the lead that
+                   ///< it has where it ends
+};
+
+/// A point of the profile: distance from the axis and height above the tip, m.
+struct ProfileCorner {
+  double radius = 0.0;
+  double z = 0.0;
+};
+
+/// How the cutter sits in the spindle: its axis beside the spindle's by `offset` at the tip, and
+/// leaning by `tilt` so that the distance changes with height. Directions are angles by which they
+/// lag behind flute 0 at the tip, like the other flutes: a flute that lags by as much is farthest
+/// out.
+struct RunOut {
+  double offset = 0.0;        ///< m
+  double offset_angle = 0.0;  ///< rad
+  double tilt = 0.0;          ///< m a m of height
+  double tilt_angle = 0.0;    ///< rad
+};
+
+/// A milling cutter: a surface of revolution about the tool axis with flutes on it. End edges on a
+/// flat bottom are not modelled, as in all the sources.
 ///
 /// Tool frame T: origin at the tip on the axis, z from the tip towards the spindle, x along the
 /// feed (the projection of the feed on the plane normal to z), y = z × x. Rotation angles are
@@ -16,9 +49,16 @@ struct Cutter {
   CutterShape shape = CutterShape::cylindrical;
   double radius = 0.0;  ///< full radius, m
   int flutes = 2;
-  double helix_angle = 0.0;     ///< constant lead; angle at the full radius, rad; > 0 right-hand
-  double rake_angle = 0.0;      ///< rad
-  double cutting_length = 0.0;  ///< axial length with edges, from the tip, m
+  double helix_angle = 0.0;                 ///< rad; > 0 right-hand
+  double rake_angle = 0.0;                  ///< rad
+  double cutting_length = 0.0;              ///< axial length with edges, from the tip, m
+  double corner_radius = 0.0;               ///< bull and tapered, m
+  double taper_angle = 0.0;                 ///< tapered: half the angle of the cone, rad
+  std::vector<ProfileCorner> profile = {};  ///< from the tip up; radius and z do not fall
+  Lead lead = Lead::constant_lead;
+  std::vector<double> pitch = {};         ///< from each flute to the next, rad; empty: equal
+  std::vector<double> radius_error = {};  ///< of each flute, m; empty: none
+  RunOut run_out = {};
 };
 
 /// Throws InvalidInput that names the field, when the values do not make a cutter.
@@ -32,24 +72,8 @@ double radius_at(const Cutter& cutter, double z);
 /// the envelope, rad; pi/2 on a cylinder, 0 at the tip of a ball.
 double axial_position_angle(const Cutter& cutter, double z);
 
-/// How far an edge lags behind its tip at height z, rad. Cylinder: z tan(helix)/R. Ball with
-/// constant lead: (1 - cos kappa) tan(helix) = z tan(helix)/R as well; [tian2023] eq. 4.
+/// How far an edge lags behind its tip at height z, rad. Constant lead: z tan(helix)/R, which on a
+/// ball is (1 - cos kappa) tan(helix); [tian2023] eq. 4.
 double lag_angle(const Cutter& cutter, double z);
-
-/// What a point of the envelope needs for forces, by height.
-struct ProfilePoint {
-  double z = 0.0;            ///< height above the tip, m
-  double radius = 0.0;       ///< m
-  double kappa = 0.0;        ///< axial position angle, rad
-  double lag = 0.0;          ///< of an edge, rad
-  double inclination = 0.0;  ///< of an edge against the meridian, rad
-  double stretch = 1.0;      ///< length of edge over length of meridian; [tian2023] eq. 3
-};
-
-/// Length of the meridian (the line of equal angle on the envelope) from the tip to height z, m.
-double meridian_length(const Cutter& cutter, double z);
-
-/// The point at a length along the meridian from the tip.
-ProfilePoint profile_at(const Cutter& cutter, double meridian_length);
 
 }  // namespace osteomill::cutting

@@ -41,6 +41,22 @@ TEST(Cutter, RefusesWhatIsNoCutter) {
   EXPECT_THROW(check(broken([](Cutter& c) { c.helix_angle = std::numbers::pi / 2.0; })),
                InvalidInput);
   EXPECT_THROW(check(broken([](Cutter& c) { c.cutting_length = -1.0; })), InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) { c.shape = CutterShape::bull; })), InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) {
+                 c.shape = CutterShape::bull;
+                 c.corner_radius = 5e-3;
+               })),
+               InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) { c.shape = CutterShape::profile; })), InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) {
+                 c.shape = CutterShape::profile;
+                 c.profile = {{1e-3, 0.0}, {2e-3, 1e-3}, {1e-3, 2e-3}};
+               })),
+               InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) { c.pitch = {3.0, 3.0}; })), InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) { c.pitch = {6.0}; })), InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) { c.radius_error = {1e-6}; })), InvalidInput);
+  EXPECT_THROW(check(broken([](Cutter& c) { c.run_out.offset = 3e-3; })), InvalidInput);
 }
 
 }  // namespace

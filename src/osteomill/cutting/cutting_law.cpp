@@ -45,6 +45,14 @@ double hankinson(double along, double across, double cosine, double exponent) {
 
 EdgeComponents components(const CuttingLaw& law, const Chip& chip, double cosine,
                           const EdgePlace& place, double inclination) {
+  if (chip.h < law.minimum_chip) {
+    CuttingLaw lifted = law;
+    lifted.minimum_chip = 0.0;
+    const EdgeComponents whole =
+        components(lifted, Chip(law.minimum_chip), cosine, place, inclination);
+    const double share = chip.h / law.minimum_chip;
+    return {whole.tangential * share, whole.radial * share, whole.lateral * share};
+  }
   EdgeComponents force;
   force.tangential = component(law, law.tangential, chip, cosine, place);
   force.radial = component(law, law.radial, chip, cosine, place);
@@ -59,6 +67,7 @@ EdgeComponents components(const CuttingLaw& law, const Chip& chip, double cosine
 void check(const CuttingLaw& law) {
   for_each_law(law, [](const EdgeForce& one, const std::string& name) { check(one, name); });
   require_within("bone.orientation_exponent", law.orientation_exponent, 0.5, 6.0, "");
+  require_within("bone.minimum_chip_um", law.minimum_chip / units::um, 0.0, 100.0, "um");
   require_within("bone.lateral.inclination_deg", law.lateral_inclination / units::deg, -75.0, 75.0,
                  "deg");
 }

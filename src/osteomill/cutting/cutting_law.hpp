@@ -38,6 +38,10 @@ struct CuttingLaw {
   /// Inclination that the lateral law was measured at, rad; the force is taken as proportional to
   /// the local inclination, as [plaskos2006] 3.2.3 interpolates. 0: use the law as it is.
   double lateral_inclination = 0.0;
+  /// Least chip that the edge lifts, m; below it the edge ploughs, and the forces fall in
+  /// proportion to h from their values at this chip. 0: the law holds down to nothing. An
+  /// assumption: no source here measured ploughing.
+  double minimum_chip = 0.0;
 };
 
 /// Components of the force per width of cut, N/m.

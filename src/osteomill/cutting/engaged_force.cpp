@@ -8,6 +8,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/edge_sum.hpp"
 
 namespace osteomill::cutting {
 namespace {
@@ -23,14 +24,15 @@ EngagedForce::EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angl
   require_within("engagement.angles", angles, 4.0, 1e5, "");
   require_within("engagement.slices", slices, 1.0, 1e5, "");
   require_positive("engagement.slice_height_mm", slice_height / units::mm, "mm");
+  const Envelope envelope(cutter);
   for (int slice = 0; slice < slices; ++slice) {
-    const double from = meridian_length(cutter, slice * slice_height);
-    const double to = meridian_length(cutter, (slice + 1) * slice_height);
+    const double from = envelope.length_to(slice * slice_height);
+    const double to = envelope.length_to((slice + 1) * slice_height);
     // Near the tip of a ball one slice spans many degrees of kappa: parts of at most 5 degrees.
-    const double turn = profile_at(cutter, to).kappa - profile_at(cutter, from).kappa;
+    const double turn = envelope.at(to).kappa - envelope.at(from).kappa;
     const int parts = std::max(1, static_cast<int>(std::ceil(turn / (5.0 * units::deg))));
     for (int part = 0; part < parts; ++part) {
-      const ProfilePoint point = profile_at(cutter, from + (to - from) * (part + 0.5) / parts);
+      const ProfilePoint point = envelope.at(from + (to - from) * (part + 0.5) / parts);
       if (strips_.empty() || strips_.back().point.kappa != point.kappa ||
           strips_.back().point.radius != point.radius) {
         ++rows_;
@@ -62,6 +64,7 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
   std::vector<double> width(angles);
   std::vector<double> width_z(angles);
   const Vector3 feed = feed_direction(condition);
+  EdgeSum sum(law_, condition.fibre_T);
   Load mean;
   for (auto strip = strips_.begin(); strip != strips_.end();) {
     const ProfilePoint& row = strip->point;
@@ -81,18 +84,13 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
     const double cos_kappa = std::cos(row.kappa);
     for (std::size_t a = 0; a < angles; ++a) {
       if (!(width[a] > 0.0)) continue;
-      const Vector3& t = motions_[a];
-      const Vector3 n(-sin_kappa * t.y(), sin_kappa * t.x(), -cos_kappa);
-      const Vector3 f =
-          share * edge_force(law_, condition.feed_per_tooth * std::max(0.0, n.dot(feed)),
-                             condition.fibre_T, t, n, row);
-      const Vector3 force = width[a] * f;
-      const double x = -row.radius * t.y();
-      const double y = row.radius * t.x();
-      mean.force += force;
-      mean.moment += Vector3(y * force.z() - width_z[a] * f.y(), width_z[a] * f.x() - x * force.z(),
-                             x * force.y() - y * force.x());
+      const double sine = -motions_[a].y();
+      const double cosine = motions_[a].x();
+      const double into = sin_kappa * (sine * feed.x() + cosine * feed.y()) - cos_kappa * feed.z();
+      sum.push(sine, cosine, condition.feed_per_tooth * std::max(0.0, into), share * width[a],
+               share * width_z[a]);
     }
+    sum.add_to(mean, row);
   }
   return mean;
 }

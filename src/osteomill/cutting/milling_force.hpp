@@ -6,6 +6,7 @@
 #include "osteomill/cutting/condition.hpp"
 #include "osteomill/cutting/cutter.hpp"
 #include "osteomill/cutting/cutting_law.hpp"
+#include "osteomill/cutting/envelope.hpp"
 #include "osteomill/geometry/pose.hpp"
 
 namespace osteomill::cutting {

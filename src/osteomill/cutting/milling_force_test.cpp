@@ -136,6 +136,61 @@ TEST(MillingForce, InstantaneousAveragesToTheMean) {
   }
 }
 
+TEST(MillingForce, InstantaneousAveragesToTheMeanForEveryShapeAndFlute) {
+  Cutter bull = ball(3);
+  bull.shape = CutterShape::bull;
+  bull.corner_radius = 1e-3;
+  Cutter taper = ball(2);
+  taper.shape = CutterShape::tapered;
+  taper.corner_radius = 1.5e-3;
+  taper.taper_angle = 10.0 * units::deg;
+  taper.lead = Lead::constant_angle;
+  Cutter profile = ball(2);
+  profile.shape = CutterShape::profile;
+  profile.profile = {{1e-3, 0.0}, {2e-3, 1e-3}, {2.5e-3, 4e-3}, {4e-3, 4.5e-3}};
+  Cutter uneven = plaskos(3);
+  uneven.pitch = {100.0 * units::deg, 120.0 * units::deg, 140.0 * units::deg};
+  Cutter eccentric = plaskos(2);
+  eccentric.run_out = {3e-6, 0.4, 2e-4, 1.0};
+  for (const Cutter& cutter : {bull, taper, profile, uneven, eccentric}) {
+    check(cutter);
+    for (const double elevation : {0.0, -20.0}) {
+      const Immersion cut{ImmersionKind::down, 2.2e-3, 5e-3};
+      const Load mean = mean_load(cutter, bovine(), at(8.0, elevation, 30.0), cut);
+      const Vector3 average =
+          mean_of(revolution(cutter, bovine(), at(8.0, elevation, 30.0), cut, 720));
+      // As above; a flute that run-out lifts off within a panel of 3 degrees adds its share.
+      EXPECT_LT((average - mean.force).norm(), 2e-3 * mean.force.norm())
+          << static_cast<int>(cutter.shape) << " " << elevation;
+    }
+  }
+}
+
+TEST(MillingForce, OfATrochoidalPathIsThatOfACircleForSmallFeeds) {
+  const Immersion slot{ImmersionKind::slot, 0.0, 5e-3};
+  Condition exact = at(5.0);
+  exact.path = ToothPath::trochoidal;
+  const Vector3 circle = mean_load(plaskos(2), bovine(), at(5.0), slot).force;
+  const Vector3 trochoid = mean_load(plaskos(2), bovine(), exact, slot).force;
+  // c/r = 1.6e-3, and the path's asymmetry about x enters to first order.
+  EXPECT_LT((circle - trochoid).norm(), 2e-3 * circle.norm());
+  EXPECT_GT((circle - trochoid).norm(), 1e-6 * circle.norm());
+  exact.feed_elevation = -0.1;
+  EXPECT_THROW(check(exact, plaskos(2)), InvalidInput);
+}
+
+TEST(MillingForce, FallsToNothingWithTheChipWhereTheEdgePloughs) {
+  CuttingLaw law = linear();
+  law.minimum_chip = 2e-6;
+  const ProfilePoint point{0.0, 3e-3, kPi / 2.0, 0.0, 0.0, 1.0};
+  const auto f = [&](double h) {
+    return edge_force(law, h, Vector3::UnitX(), motion(1.0), outward_normal(1.0, kPi / 2.0), point);
+  };
+  EXPECT_LT((f(1e-6) - 0.5 * f(2e-6)).norm(), 1e-9);
+  EXPECT_EQ(f(0.0).norm(), 0.0);
+  EXPECT_GT((f(3e-6) - 1.5 * f(2e-6)).norm(), 1.0);
+}
+
 TEST(MillingForce, UpAndDownMillingMirrorWhenFibresDo) {
   for (const Cutter& cutter : {plaskos(2), ball()}) {
     const Load up =
