@@ -5,88 +5,14 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js'
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js'
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js'
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js'
-import { current_theme, viridis, viridis_gradient } from './colours'
-import type { Cutter, Mesh, Numbers, Path, Report, Run } from './data'
+import { current_theme, viridis_gradient } from './colours'
+import type { Mesh, Numbers, Report, Run } from './data'
 import { el, on_resize, reading } from './dom'
 import type { Player } from './player'
+import { axis_of, cutter_model, mapped_colour, place_mm, stock_material, swept_floor } from './scene_parts'
 import { index_at } from './time_charts'
 
 type Stage = 'before' | 'now' | 'after'
-
-/** Surfaces of stock: drawn only where the cutter has come by (or not yet), with a flat inside so
- *  that an open surface reads as a cut through solid bone. */
-function stock_material(part: 'before' | 'after', uniforms: Record<string, THREE.IUniform>) {
-  const material = new THREE.MeshLambertMaterial({ color: 0xffffff, side: THREE.DoubleSide })
-  material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, uniforms)
-    shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', `#include <common>
-        attribute float reach; attribute vec3 mapped; centroid varying float vReach; varying vec3 vMapped;`)
-      .replace('#include <begin_vertex>', `#include <begin_vertex>
-        vReach = reach; vMapped = mapped;`)
-    const hide = part === 'before' ? 'vReach <= time' : 'vReach > time'
-    shader.fragmentShader = shader.fragmentShader
-      .replace('#include <common>', `#include <common>
-        centroid varying float vReach; varying vec3 vMapped;
-        uniform float time, cut, mapping; uniform vec3 bone, fresh, inside;`)
-      .replace('#include <color_fragment>', `#include <color_fragment>
-        if (${hide}) discard;
-        bool is_cut = ${part === 'after' ? 'vReach < cut' : 'false'};
-        diffuseColor.rgb = is_cut ? mix(fresh, vMapped, mapping) : bone;`)
-      .replace('#include <opaque_fragment>', `#include <opaque_fragment>
-        if (!gl_FrontFacing) gl_FragColor = vec4(inside, gl_FragColor.a);`)
-  }
-  // Two programs: three would take the source of this function for all that matters.
-  material.customProgramCacheKey = () => part
-  return material
-}
-
-/** The colour of a value as three wants it: linear light. */
-function mapped_colour(share: number): [number, number, number] {
-  const colour = new THREE.Color()
-  if (Number.isFinite(share)) colour.setRGB(...viridis(share), THREE.SRGBColorSpace)
-  else colour.set(0x8c9399)
-  return [colour.r, colour.g, colour.b]
-}
-
-function place_mm(path: Path, i: number): THREE.Vector3 {
-  return new THREE.Vector3(path.tip[0][i], path.tip[1][i], path.tip[2][i])
-}
-
-function axis_of(path: Path, i: number): THREE.Vector3 {
-  const k = path.axis[0].length > 1 ? i : 0
-  return new THREE.Vector3(path.axis[0][k], path.axis[1][k], path.axis[2][k]).normalize()
-}
-
-function cutter_model(cutter: Cutter): THREE.Group {
-  const group = new THREE.Group()
-  const length = cutter.outline[cutter.outline.length - 1][1]
-  const shank = Math.max(length, 6 * cutter.radius)
-  const profile = [new THREE.Vector2(0, 0), ...cutter.outline.map(([r, z]) => new THREE.Vector2(r, z)),
-    new THREE.Vector2(cutter.radius * 0.92, length + 0.05 * cutter.radius),
-    new THREE.Vector2(cutter.radius * 0.92, length + shank), new THREE.Vector2(0, length + shank)]
-  const body = new THREE.Mesh(new THREE.LatheGeometry(profile, 40),
-    new THREE.MeshPhongMaterial({ color: 0x9fb0bd, specular: 0x8899a5, shininess: 60,
-      transparent: true, opacity: 0.62, side: THREE.DoubleSide }))
-  body.rotation.x = Math.PI / 2
-  group.add(body)
-  const edge = new THREE.LineBasicMaterial({ color: 0x23313d })
-  for (let j = 0; j < Math.max(cutter.flutes, 1); ++j) {
-    const points: THREE.Vector3[] = []
-    for (let i = 0; i <= 60; ++i) {
-      const z = (length * i) / 60
-      const k = cutter.outline.findIndex(([, height]) => height >= z - 1e-9)
-      const [r1, z1] = cutter.outline[Math.max(k, 0)]
-      const [r0, z0] = cutter.outline[Math.max(k - 1, 0)]
-      const r = 1.004 * (z1 > z0 ? r0 + ((r1 - r0) * (z - z0)) / (z1 - z0) : r1)
-      // Edges trail clockwise seen from the spindle (src/osteomill/cutting/cutter.hpp).
-      const theta = (2 * Math.PI * j) / cutter.flutes - (z * Math.tan(cutter.helix)) / cutter.radius
-      points.push(new THREE.Vector3(r * Math.sin(theta), r * Math.cos(theta), z))
-    }
-    group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), edge))
-  }
-  return group
-}
 
 export class SceneView {
   readonly element: HTMLElement
@@ -112,6 +38,7 @@ export class SceneView {
   private after: THREE.Mesh | null = null
   private line: LineSegments2 | null = null
   private trail: LineSegments2 | null = null
+  private floor: ReturnType<typeof swept_floor> | null = null
   private cutter: THREE.Group | null = null
   private readonly clip = new THREE.Plane(new THREE.Vector3(-1, 0, 0), 0)
   private clip_axis = -1
@@ -307,7 +234,7 @@ export class SceneView {
   }
 
   private add_path(run: Run) {
-    this.line = this.trail = null
+    this.line = this.trail = this.floor = null
     const path = run.path
     if (!path || path.time.length < 2) return
     const places: number[] = []
@@ -330,7 +257,11 @@ export class SceneView {
       return line
     }
     this.line = make(2, 0.45, true)
-    this.trail = make(5, 1, false)
+    this.trail = make(4, 1, false)
+    if (this.report.scene?.cutter) {
+      this.floor = swept_floor(path, this.report.scene.cutter, this.largest)
+      this.content.add(this.floor.mesh)
+    }
   }
 
   private draw_legend() {
@@ -371,10 +302,10 @@ export class SceneView {
       const sign = a === 1 ? 1 : -1
       this.clip.normal.set(0, 0, 0).setComponent(a, sign)
       this.clip.constant = -sign * (low + (high - low) * (a === 1 ? 1 - this.clip_share : this.clip_share))
-      for (const part of [this.before, this.after])
+      for (const part of [this.before, this.after, this.floor?.mesh])
         if (part) (part.material as THREE.Material).clippingPlanes = [this.clip]
     } else {
-      for (const part of [this.before, this.after])
+      for (const part of [this.before, this.after, this.floor?.mesh])
         if (part) (part.material as THREE.Material).clippingPlanes = null
     }
     this.renderer.localClippingEnabled = true
@@ -433,7 +364,12 @@ export class SceneView {
     const path = run.path
     if (path && path.time.length > 1) {
       const i = index_at(path.time, at)
-      if (this.trail) this.trail.geometry.instanceCount = this.stage === 'after' ? path.time.length - 1 : i
+      const done = this.stage === 'after' ? path.time.length - 1 : i
+      if (this.trail) this.trail.geometry.instanceCount = done
+      if (this.floor) {
+        this.floor.mesh.visible = this.stage !== 'before' && !finished && this.opacity > 0.01
+        this.floor.mesh.geometry.setDrawRange(0, this.floor.first_index[done])
+      }
       if (this.cutter) {
         const k = Math.min(i + 1, path.time.length - 1)
         const span = path.time[k] - path.time[i]
