@@ -91,7 +91,7 @@ TEST(Section, ReportsEveryFaultOfACaseAtOnceWithItsLine) {
                   "case.toml:1: cut: takes only one of feed_rate_mm_per_min, "
                   "feed_per_tooth_mm; remove the others",
                   "case.toml:5: cut.flutes = 2.5: must be a whole number",
-                  "case.toml:7: cut.parts.0.length_mm: is missing; set it to the length",
+                  "case.toml:7: cut.parts.0.length_mm: is missing; set it (length)",
                   "case.toml:6: cut.imersion = \"slot\": is no known key here; did you mean "
                   "immersion?",
                   "case.toml:8: cutter: is no known key here; known: cut"));
@@ -103,7 +103,7 @@ TEST(Section, RefusesWhatIsNoFiniteNumberOrNoSuchChoice) {
               ElementsAre(HasSubstr("axial_depth_mm"), HasSubstr("feed_per_tooth_mm"),
                           HasSubstr("must be one of slot | up | down")));
   EXPECT_THAT(faults_of("cut = 3\n"), ElementsAre("case.toml:1: cut = 3: must be a table: [cut]"));
-  EXPECT_THAT(faults_of(""), ElementsAre("cut: is missing; set it to the cut"));
+  EXPECT_THAT(faults_of(""), ElementsAre("cut: is missing; set it (cut)"));
 }
 
 TEST(Section, TheExpandedCaseReadsToTheSameValues) {
