@@ -7,6 +7,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/envelope.hpp"
 
 namespace osteomill::vibration {
 
@@ -33,7 +34,7 @@ Regeneration linearised_cut(const cutting::Cutter& cutter, const cutting::Cuttin
   }
   const ContactAngles contact =
       contact_angles(immersion.kind, 0.5 * immersion.radial_depth / cutter.radius);
-  const cutting::ProfilePoint point = profile_at(cutter, 0.0);
+  const cutting::ProfilePoint point = cutting::Envelope(cutter).at(0.0);
   const auto stiffness = [&](double theta) {
     const geometry::Vector3 t = cutting::motion(theta);
     const geometry::Vector3 n = cutting::outward_normal(theta, point.kappa);
