@@ -28,7 +28,7 @@ const std::vector<Colour>& stops(ColourMap map) {
   static const std::vector<Colour> deviation = from_hex(
       {0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xf7f7f7, 0xfddbc7, 0xf4a582, 0xd6604d, 0xb2182b});
   static const std::vector<Colour> bone =
-      from_hex({0xb5654a, 0xcb8a66, 0xdcae88, 0xead0ae, 0xf5ead2});
+      from_hex({0xa0654e, 0xc08c66, 0xdcb88d, 0xeed9b7, 0xfaf3e4});
   switch (map) {
     case ColourMap::deviation:
       return deviation;

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <cmath>
 #include <functional>
@@ -13,38 +12,12 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/io/gnuplot.hpp"
 #include "osteomill/io/pending_file.hpp"
+#include "osteomill/io/png_for_test.hpp"
 #include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/text_file.hpp"
 
 namespace osteomill::io {
 namespace {
-
-struct Picture {
-  unsigned width = 0;
-  unsigned height = 0;
-  std::vector<std::array<int, 3>> pixels;
-  /// Pixels that show this colour as it is, not mixed with a neighbour.
-  long count(const Colour& colour) const {
-    return std::count_if(pixels.begin(), pixels.end(), [&](const auto& pixel) {
-      for (std::size_t i = 0; i < 3; ++i)
-        if (std::abs(static_cast<float>(pixel[i]) - 255.0F * colour[i]) > 1.5F) return false;
-      return true;
-    });
-  }
-};
-
-Picture decode(const std::filesystem::path& path) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  EXPECT_TRUE(png_image_begin_read_from_file(&image, path.c_str())) << image.message;
-  image.format = PNG_FORMAT_RGB;
-  std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(image));
-  EXPECT_TRUE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr)) << image.message;
-  Picture picture{image.width, image.height, {}};
-  for (std::size_t i = 0; i < bytes.size(); i += 3)
-    picture.pixels.push_back({bytes[i], bytes[i + 1], bytes[i + 2]});
-  return picture;
-}
 
 LinePlot two_panels() {
   LinePlot plot;
@@ -64,9 +37,9 @@ LinePlot two_panels() {
 TEST(Plot, DrawsEveryCurveInItsColourAtTwoPixelsAPoint) {
   const auto path = scratch("lines.png");
   draw(two_panels(), path);
-  const Picture picture = decode(path);
-  EXPECT_EQ(picture.width, 1600u);
-  EXPECT_EQ(picture.height, 900u);
+  const DecodedPng picture = decode(path);
+  EXPECT_EQ(picture.width, 1600);
+  EXPECT_EQ(picture.height, 900);
   // A line is at least two pixels wide and crosses a diagram of some 1400 pixels.
   EXPECT_GT(picture.count(palette(0)), 2000);
   EXPECT_GT(picture.count(palette(1)), 1400);
@@ -111,7 +84,7 @@ TEST(HeatMap, ShowsItsValuesInTheColoursOfTheMap) {
   map.series = {{"chosen", {0.5}, {5.0}, Mark::points}};
   const auto path = scratch("heat.png");
   draw(map, path);
-  const Picture picture = decode(path);
+  const DecodedPng picture = decode(path);
   // Half of some 890 x 760 pixels each.
   EXPECT_GT(picture.count(colour_at(ColourMap::viridis, 0.0)), 200000);
   EXPECT_GT(picture.count(colour_at(ColourMap::viridis, 1.0)), 200000);
@@ -136,7 +109,7 @@ TEST(BarChart, ABarIsAsHighAsItsValue) {
   chart.limits = {{1.5, "limit"}};
   const auto path = scratch("bars.png");
   draw(chart, path);
-  const Picture picture = decode(path);
+  const DecodedPng picture = decode(path);
   // Fill of 0.85 over white; error bars, the limit and its label hide a little of the higher bars.
   const auto mixed = [](Colour c) {
     for (float& v : c) v = 0.85F * v + 0.15F;
