@@ -103,8 +103,8 @@ const Json* Section::find(std::string_view key, std::string_view meaning, Need n
   const auto found = source_->find(key);
   if (found != source_->end()) return &*found;
   if (need == Need::required) {
-    walk_.faults.push_back({full(key), "", "is missing", fmt::format("set it ({})", meaning),
-                            walk_.place(full(key))});
+    walk_.faults.push_back(
+        {full(key), "", "is missing", fmt::format("set it ({})", meaning), walk_.place(full(key))});
   }
   return nullptr;
 }
