@@ -161,8 +161,9 @@ Json path_json(const ReportPath& path, std::size_t most) {
   for (std::size_t i = 0; i < count; i += stride) {
     time.push_back(path.time_s[i]);
     double largest = path.value[i];
+    // A jump stays a jump: once NaN, always NaN.
     for (std::size_t k = i; k < std::min(i + stride, count); ++k)
-      if (std::isnan(largest) || path.value[k] > largest) largest = path.value[k];
+      if (!(path.value[k] <= largest)) largest = std::isnan(largest) ? largest : path.value[k];
     value.push_back(largest);
     for (int a = 0; a < 3; ++a) {
       tip[a].push_back(static_cast<float>(path.tip[i][a]) * kToMm);

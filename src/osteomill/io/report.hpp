@@ -132,7 +132,7 @@ struct ReportPath {
   std::vector<double> time_s;           ///< increasing
   std::vector<geometry::Vector3> tip;   ///< m, one for each time
   std::vector<geometry::Vector3> axis;  ///< from the tip to the spindle; one for all, or one each
-  std::vector<double> value;            ///< one for each time; NaN where there is none
+  std::vector<double> value;            ///< one for each time; NaN: no line leads to this place
 };
 
 struct ReportRun {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "osteomill/base/units.hpp"
@@ -109,6 +110,29 @@ std::vector<ReportStrip> strips_of(const SimulatedRun& run) {
   return strips;
 }
 
+/// Removed since the start, mm³.
+std::vector<double> removed_volumes(const SimulatedRun& run) {
+  double removed = 0.0;
+  return each(run, [&](const Step& s) { return (removed += s.removed_volume) / units::mm3; });
+}
+
+ReportPath path_of(const SimulatedRun& run) {
+  ReportPath path;
+  path.time_s = times(run);
+  path.value = peak_forces(run);
+  path.axis = {geometry::Vector3::UnitZ()};
+  const bool profile = run.input.stock.kind == StockKind::line_profile;
+  for (const Step& step : run.steps) {
+    // A profile has no way from the end of a line to the start of the next one.
+    const std::size_t i = path.tip.size();
+    if (profile && i > 0 && step.line != run.steps[i - 1].line) {
+      path.value[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+    path.tip.push_back(step.tip_W);
+  }
+  return path;
+}
+
 ReportRun run_of(const SimulatedRun& run) {
   ReportRun made;
   made.name = run.input.name;
@@ -121,6 +145,7 @@ ReportRun run_of(const SimulatedRun& run) {
       {"command", "mm/s", commands(run), run.input.controller.limits.highest / units::mm_per_s,
        "largest", "feed"},
       {material.name, material.unit, materials(run), {}, "limit", material.name},
+      {"removed volume", "mm³", removed_volumes(run)},
   };
   if (run.after) {
     made.signals.push_back({"spindle torque", "N mm",
@@ -131,10 +156,7 @@ ReportRun run_of(const SimulatedRun& run) {
     made.events.push_back({0.0, "first contact"});
     made.events.push_back({run.summary.cutting_time, "last exit"});
   }
-  made.path.time_s = made.time_s;
-  for (const Step& step : run.steps) made.path.tip.push_back(step.tip_W);
-  made.path.axis = {geometry::Vector3::UnitZ()};
-  made.path.value = mean_forces(run);
+  made.path = path_of(run);
   return made;
 }
 
@@ -158,19 +180,85 @@ ReportTable table_for(const std::vector<SimulatedRun>& runs) {
   return table;
 }
 
+ReportNote::Kind kind_of(bone::Obtained obtained) {
+  return obtained == bone::Obtained::measured || obtained == bone::Obtained::digitised
+             ? ReportNote::Kind::information
+             : ReportNote::Kind::assumption;
+}
+
+std::string key_of(std::string source) {
+  std::erase_if(source, [](char c) { return c == '[' || c == ']'; });
+  return source;
+}
+
+/// What the law of a stock rests on. A profile has its note instead.
+std::vector<ReportNote> grounds_of(const SimulatedRun& run) {
+  if (!run.after) return {};
+  const bone::Provenance& law = run.input.bone.provenance;
+  const bone::ForceDensityLaw& scale = run.input.bone.density;
+  std::vector<ReportNote> notes = {
+      {kind_of(law.obtained),
+       fmt::format("Cutting law of {}.", law.specimen.empty() ? "the case" : law.specimen),
+       std::string(bone::name_of(law.obtained)), key_of(law.source)},
+      {kind_of(scale.exponent.obtained),
+       fmt::format("Force at a density is that at {:g} kg/m³ times (density / {:g})^{:g}.",
+                   scale.reference.value, scale.reference.value, scale.exponent.value),
+       std::string(bone::name_of(scale.exponent.obtained)), std::string(scale.exponent.source)}};
+  if (run.input.stock.kind == StockKind::ct) {
+    const bone::DensityFromCt& line = run.input.stock.bone_from_ct.density;
+    notes.push_back({kind_of(line.per_hounsfield.obtained),
+                     fmt::format("Apparent density = {:g} + {:g} HU kg/m³; bone from {:g} HU.",
+                                 line.at_zero.value, line.per_hounsfield.value,
+                                 run.input.stock.bone_from_ct.threshold_hu),
+                     std::string(bone::name_of(line.per_hounsfield.obtained)),
+                     key_of(std::string(line.per_hounsfield.source))});
+  }
+  return notes;
+}
+
 std::vector<ReportNote> notes_for(const std::vector<SimulatedRun>& runs) {
   std::vector<ReportNote> notes;
   std::set<std::string> said;
+  const auto add = [&](ReportNote note) {
+    if (!note.text.empty() && said.insert(note.text).second) notes.push_back(std::move(note));
+  };
   for (const SimulatedRun& run : runs) {
-    const std::string& about = run.input.stock.note;
-    if (!about.empty() && said.insert(about).second) {
-      notes.push_back({ReportNote::Kind::assumption, about});
-    }
-    for (const std::string& warning : run.warnings) {
-      if (said.insert(warning).second) notes.push_back({ReportNote::Kind::warning, warning});
-    }
+    add({ReportNote::Kind::assumption, run.input.stock.note});
+    for (const std::string& warning : run.warnings) add({ReportNote::Kind::warning, warning});
+    for (ReportNote& note : grounds_of(run)) add(std::move(note));
   }
+  add({ReportNote::Kind::information, "Times count from the first contact with bone."});
   return notes;
+}
+
+std::string percent(double from, double to) {
+  return fmt::format("{}{:.0f}", to < from ? "−" : "+", 100.0 * std::abs(to - from) / from);
+}
+
+void compare(const SimulatedRun& adapted, const SimulatedRun& fixed, ReportData& data) {
+  const simulate::Summary &a = adapted.summary, &f = fixed.summary;
+  if (!(f.cutting_time > 0.0) || !(f.peak_force > 0.0)) return;
+  data.highlights.push_back(
+      {percent(f.cutting_time, a.cutting_time), "%", "cutting time, " + adapted.input.name,
+       fmt::format("{:.1f} s against {:.1f} s at constant feed", a.cutting_time, f.cutting_time)});
+  data.highlights.push_back({percent(f.peak_force, a.peak_force), "%",
+                             "peak force, " + adapted.input.name,
+                             fmt::format("{:.1f} N against {:.1f} N, limit {:g} N", a.peak_force,
+                                         f.peak_force, adapted.input.force_limit)});
+}
+
+std::string subtitle_of(const SimulatedRun& run) {
+  const cutting::Cutter& cutter = run.input.cutter.cutter;
+  if (run.input.stock.kind == StockKind::line_profile) {
+    return fmt::format("{:g} rpm along a line profile of cutting gain",
+                       run.input.machine.spindle_speed / units::rpm);
+  }
+  const char* shape = cutter.shape == cutting::CutterShape::ball ? "ball" : "cylindrical";
+  const char* bone = run.input.stock.kind == StockKind::ct ? "bone from a CT scan" : "phantom";
+  return fmt::format("{:g} mm {} cutter with {} flutes at {:.0f} rpm · {}, voxels of {:g} mm",
+                     2.0 * cutter.radius / units::mm, shape, cutter.flutes,
+                     run.input.machine.spindle_speed / units::rpm, bone,
+                     run.input.stock.spacing / units::mm);
 }
 
 }  // namespace
@@ -253,18 +341,23 @@ ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& t
                      const std::string& program) {
   ReportData data;
   data.title = title;
-  data.subtitle = "simulated milling";
   data.program = program;
   data.created = now_text();
   data.headline = comparisons_of(runs);
   data.summary = table_for(runs);
   data.notes = notes_for(runs);
+  data.expanded_case = case_of(runs).dump(2);
+  if (runs.empty()) return data;
+  data.subtitle = subtitle_of(runs.front());
+  ReportScene scene;
+  scene.path_value_name = "peak force";
+  scene.path_value_limit = runs.front().input.force_limit;
+  if (runs.front().after) scene.cutter = runs.front().input.cutter.cutter;
+  data.scene = scene;
   for (const SimulatedRun& run : runs) {
     data.runs.push_back(run_of(run));
-    data.highlights.push_back({fmt::format("{:.1f}", run.summary.cutting_time), "s", run.input.name,
-                               fmt::format("peak {:.1f} N", run.summary.peak_force)});
+    if (const SimulatedRun* fixed = constant_feed_beside(runs, run)) compare(run, *fixed, data);
   }
-  data.expanded_case = case_of(runs).dump(2);
   return data;
 }
 

@@ -81,14 +81,20 @@ std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& 
   return rows;
 }
 
+const SimulatedRun* constant_feed_beside(const std::vector<SimulatedRun>& runs,
+                                         const SimulatedRun& run) {
+  if (constant(run)) return nullptr;
+  const auto other = std::find_if(runs.begin(), runs.end(), [&](const SimulatedRun& base) {
+    return constant(base) && job_of(base) == job_of(run);
+  });
+  return other == runs.end() ? nullptr : &*other;
+}
+
 std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs) {
   std::vector<std::string> sentences;
   for (const SimulatedRun& run : runs) {
-    if (constant(run)) continue;
-    const auto other = std::find_if(runs.begin(), runs.end(), [&](const SimulatedRun& base) {
-      return constant(base) && job_of(base) == job_of(run);
-    });
-    if (other == runs.end()) continue;
+    const SimulatedRun* other = constant_feed_beside(runs, run);
+    if (!other) continue;
     const simulate::Summary& fixed = other->summary;
     const simulate::Summary& adapted = run.summary;
     sentences.push_back(fmt::format(

@@ -15,6 +15,10 @@ nlohmann::ordered_json document_of(const std::vector<SimulatedRun>& runs, double
 /// A heading row and one row a run.
 std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& runs);
 
+/// The run with constant feed on the same bone and path as this one with adapted feed, or null.
+const SimulatedRun* constant_feed_beside(const std::vector<SimulatedRun>& runs,
+                                         const SimulatedRun& run);
+
 /// One sentence for each run whose feed is adapted and that has a run with constant feed on the
 /// same bone: how the two compare.
 std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs);

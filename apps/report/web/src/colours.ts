@@ -56,6 +56,8 @@ export function viridis_gradient(direction: string): string {
 
 const materials: Record<string, Record<Theme, string>> = {
   air: { light: '#e3e9ec', dark: '#2a333a' },
+  'softer bone': { light: '#ecc48d', dark: '#dcb87f' },
+  'harder bone': { light: '#9c6b3f', dark: '#9a683c' },
   cancellous: { light: '#ecc48d', dark: '#dcb87f' },
   cortical: { light: '#9c6b3f', dark: '#9a683c' },
 }

@@ -16,6 +16,7 @@ type Stage = 'before' | 'now' | 'after'
 
 export class SceneView {
   readonly element: HTMLElement
+  private readonly has_stock: boolean
   /** Why there is no picture; empty when there is one. */
   failure = ''
   private readonly canvas = el('canvas', { tabindex: 0, role: 'img' })
@@ -52,9 +53,10 @@ export class SceneView {
   private readonly caption = el('p', { class: 'hint' })
 
   constructor(private readonly report: Report, private readonly player: Player) {
+    this.has_stock = !!report.scene?.before || report.runs.some((run) => run.after)
     this.frame.append(this.canvas, this.legend, this.print)
     this.element = el('section', { class: 'card scene', 'aria-label': 'Stock, path and cutter in 3-D' },
-      el('div', { class: 'card-head' }, el('h2', {}, 'Stock and path')), this.frame)
+      el('div', { class: 'card-head' }, el('h2', {}, this.has_stock ? 'Stock and path' : 'Path')), this.frame)
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true,
         preserveDrawingBuffer: true })
@@ -78,6 +80,7 @@ export class SceneView {
       this.world.add(this.cutter)
     }
     this.element.append(this.make_tools(), this.caption)
+    this.controls.addEventListener('start', () => { this.touched = true })
     player.on_change(() => this.show_time())
     on_resize(this.frame, () => this.resize())
     addEventListener('beforeprint', () => {
@@ -118,16 +121,16 @@ export class SceneView {
       el('button', { type: 'button', class: 'quiet', 'aria-label': `Look: ${name}`,
         onclick: () => this.look(direction()) }, name)
     return el('div', { class: 'scene-tools screen-only' },
-      el('div', { class: 'row' },
+      this.has_stock && el('div', { class: 'row' },
         choice('stock', [['before', 'Before'], ['now', 'As cut'], ['after', 'After']], 'now',
           (v) => { this.stage = v as Stage; this.show_time() }),
         range('Opacity', 1, (v) => { this.opacity = v; this.set_opacity() })),
       el('div', { class: 'row' },
         check('Path', true, (v) => { for (const l of [this.line, this.trail]) if (l) l.visible = v; this.path_on = v; this.draw_soon() }),
-        check('Cutter', true, (v) => { if (this.cutter) this.cutter.visible = v; this.draw_soon() }),
-        check(`Cut surface by ${this.report.scene?.valueName ?? 'value'}`, true,
-          (v) => { this.uniforms.mapping.value = v ? 1 : 0; this.draw_soon() })),
-      el('div', { class: 'row' },
+        this.cutter && check('Cutter', true, (v) => { if (this.cutter) this.cutter.visible = v; this.draw_soon() }),
+        this.has_stock && check(`Cut surface by ${this.report.scene?.valueName ?? 'value'}`, true,
+          (v) => { this.uniforms.mapping.value = v ? 1 : 0; this.colour_floor(); this.draw_soon() })),
+      this.has_stock && el('div', { class: 'row' },
         choice('section', [['-1', 'Whole'], ['0', 'Section x'], ['1', 'y'], ['2', 'z']], '-1',
           (v) => { this.clip_axis = Number(v); section.hidden = this.clip_axis < 0; this.cut_open() }),
         section),
@@ -138,6 +141,8 @@ export class SceneView {
   }
 
   private path_on = true
+  private touched = false
+  private direction = new THREE.Vector3()
 
   private key(event: KeyboardEvent) {
     const turns: Record<string, [number, number]> = {
@@ -223,13 +228,13 @@ export class SceneView {
       el('span', { class: 'screen-only' },
         'Drag to turn, wheel to zoom, right button to move; arrow keys and + − when the view has the focus.'))
     this.canvas.setAttribute('aria-label',
-      `${run.name}: stock of ${reading(size.x)} by ${reading(size.y)} by ${reading(size.z)} mm, ` +
+      `${run.name}: ${this.has_stock ? 'stock' : 'path'} of ${reading(size.x)} by ${reading(size.y)} by ${reading(size.z)} mm, ` +
       `path coloured by ${this.report.scene?.valueName}`)
     this.draw_legend()
     this.set_opacity()
     this.cut_open()
+    if (first) this.direction = this.oblique()
     this.resize()
-    if (first) this.look(this.oblique())
     this.show_time()
   }
 
@@ -241,7 +246,8 @@ export class SceneView {
     const colours: number[] = []
     for (let i = 1; i < path.time.length; ++i) {
       const colour = mapped_colour(path.value[i] / this.largest)
-      for (const k of [i - 1, i]) places.push(path.tip[0][k], path.tip[1][k], path.tip[2][k])
+      const from = Number.isNaN(path.value[i]) ? i : i - 1  // a jump is a line of no length
+      for (const k of [from, i]) places.push(path.tip[0][k], path.tip[1][k], path.tip[2][k])
       colours.push(...colour, ...colour)
     }
     const make = (width: number, opacity: number, in_front: boolean) => {
@@ -261,7 +267,16 @@ export class SceneView {
     if (this.report.scene?.cutter) {
       this.floor = swept_floor(path, this.report.scene.cutter, this.largest)
       this.content.add(this.floor.mesh)
+      this.colour_floor()
     }
+  }
+
+  private colour_floor() {
+    const material = this.floor?.mesh.material as THREE.MeshLambertMaterial | undefined
+    if (!material) return
+    material.vertexColors = this.uniforms.mapping.value > 0
+    material.color.copy(material.vertexColors ? new THREE.Color(1, 1, 1) : this.uniforms.fresh.value)
+    material.needsUpdate = true
   }
 
   private draw_legend() {
@@ -328,6 +343,8 @@ export class SceneView {
   private look(direction: THREE.Vector3) {
     const centre = this.box.getCenter(new THREE.Vector3())
     const towards = direction.normalize()
+    this.direction.copy(towards)
+    this.touched = false
     // The view cannot be level with its own axis: lean a little.
     if (Math.abs(towards.z) > 0.9995) towards.y -= 0.002
     const right = new THREE.Vector3().crossVectors(this.camera.up, towards).normalize()
@@ -388,6 +405,7 @@ export class SceneView {
     this.renderer.setSize(width, height, false)
     this.camera.aspect = width / height
     this.camera.updateProjectionMatrix()
+    if (!this.touched && !this.box.isEmpty()) this.look(this.direction.clone())
     this.draw_soon()
   }
 

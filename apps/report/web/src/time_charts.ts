@@ -141,8 +141,8 @@ export class TimeCharts {
     const playhead = el('div', { class: 'playhead' })
     const plot = new uPlot({
       width: Math.max(this.body.clientWidth, 200),
-      height: last ? 156 : 138,
-      padding: [8, right_margin, 0, 0],
+      height: (last ? 156 : 138) + (first && run.events.length ? 10 : 0),
+      padding: [first && run.events.length ? 18 : 8, right_margin, 0, 0],
       legend: { show: false },
       cursor: {
         sync: { key: 'time', scales: ['x', null] },
@@ -251,18 +251,30 @@ export class TimeCharts {
     ctx.setLineDash([2 * px, 3 * px])
     ctx.strokeStyle = colours.muted
     ctx.fillStyle = colours.muted
-    ctx.textAlign = 'left'
-    let free = -Infinity
-    for (const event of this.run!.events) {
-      const x = u.valToPos(event.time, 'x', true)
+    const places = this.run!.events.map((event) => u.valToPos(event.time, 'x', true))
+    for (const x of places) {
       ctx.beginPath()
       ctx.moveTo(x, bbox.top)
       ctx.lineTo(x, bbox.top + bbox.height)
       ctx.stroke()
-      if (!first || x < free) continue
-      ctx.fillText(event.label, x + 3 * px, bbox.top + 10 * px)
-      free = x + ctx.measureText(event.label).width + 8 * px
     }
+    ctx.restore()
+    if (!first) return
+    ctx.save()
+    ctx.font = `${11 * px}px system-ui, sans-serif`
+    ctx.fillStyle = colours.muted
+    ctx.textBaseline = 'alphabetic'
+    ctx.textAlign = 'center'
+    let free = -Infinity
+    this.run!.events.forEach((event, i) => {
+      const half = ctx.measureText(event.label).width / 2
+      const right = bbox.left + bbox.width
+      if (places[i] < bbox.left - 1 || places[i] > right + 1) return
+      const x = Math.min(Math.max(places[i], bbox.left + half), right - half)
+      if (x - half < free) return
+      ctx.fillText(event.label, x, bbox.top - 5 * px)
+      free = x + half + 8 * px
+    })
     ctx.restore()
   }
 
