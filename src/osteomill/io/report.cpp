@@ -217,12 +217,12 @@ Json scene_json(const ReportScene& scene) {
     for (int i = 0; i <= parts; ++i) {
       // Finer towards the tip, where a ball is round.
       const double z = scene.cutter->cutting_length * i * i / (parts * parts);
-      outline.push_back({cutting::radius_at(*scene.cutter, z) / units::mm, z / units::mm});
+      outline.push_back({cutting::radius_at(*scene.cutter, z) / units::mm, z / units::mm,
+                         cutting::lag_angle(*scene.cutter, z)});
     }
     json["cutter"] = {{"outline", outline},
                       {"radius", scene.cutter->radius / units::mm},
-                      {"flutes", scene.cutter->flutes},
-                      {"helix", scene.cutter->helix_angle}};
+                      {"flutes", scene.cutter->flutes}};
   }
   return json;
 }

@@ -38,8 +38,8 @@ TEST(SimulateReport, ShowsWhatTheSummaryOfEachRunSays) {
     const ReportRun& shown = data.runs[i];
     const simulate::Summary& summary = runs[i].summary;
     EXPECT_EQ(std::get<std::string>(data.summary.rows[i][0]), shown.name);
-    EXPECT_EQ(std::get<double>(data.summary.rows[i][1]), summary.cutting_time);
-    const auto& peak = signal(shown, "force", "peak").values;
+    EXPECT_EQ(std::get<double>(data.summary.rows[i][2]), summary.cutting_time);
+    const auto& peak = signal(shown, "force", "peak force").values;
     EXPECT_EQ(*std::max_element(peak.begin(), peak.end()), summary.peak_force);
     // A sum over the same steps, in mm³.
     EXPECT_NEAR(signal(shown, "", "removed volume").values.back(), 1e9 * summary.removed_volume,
@@ -65,7 +65,7 @@ TEST(SimulateReport, StripsCoverTheRunWithoutGapOrOverlap) {
         EXPECT_EQ(strip.intervals[i].from_s, strip.intervals[i - 1].to_s);
         EXPECT_NE(strip.intervals[i].label, strip.intervals[i - 1].label);
       }
-      EXPECT_EQ(strip.intervals.front().from_s, run.time_s.front());
+      EXPECT_NEAR(strip.intervals.front().from_s, run.time_s.front(), 0.0101);  // a control period
       EXPECT_EQ(strip.intervals.back().to_s, run.time_s.back());
     }
   }

@@ -58,7 +58,8 @@ export interface RunOf<A> {
   beforeReach?: A
   afterReach?: A
 }
-export interface Cutter { outline: [number, number][]; radius: number; flutes: number; helix: number }
+/** The outline: radius, height above the tip, and by how much an edge lags there behind its tip. */
+export interface Cutter { outline: [number, number, number][]; radius: number; flutes: number }
 export interface SceneOf<A> {
   before?: MeshOf<A>
   cutter?: Cutter

@@ -63,17 +63,11 @@ export function cutter_model(cutter: Cutter): THREE.Group {
   group.add(body)
   const edge = new THREE.LineBasicMaterial({ color: 0x23313d })
   for (let j = 0; j < Math.max(cutter.flutes, 1); ++j) {
-    const points: THREE.Vector3[] = []
-    for (let i = 0; i <= 60; ++i) {
-      const z = (length * i) / 60
-      const k = cutter.outline.findIndex(([, height]) => height >= z - 1e-9)
-      const [r1, z1] = cutter.outline[Math.max(k, 0)]
-      const [r0, z0] = cutter.outline[Math.max(k - 1, 0)]
-      const r = 1.004 * (z1 > z0 ? r0 + ((r1 - r0) * (z - z0)) / (z1 - z0) : r1)
-      // Edges trail clockwise seen from the spindle (src/osteomill/cutting/cutter.hpp).
-      const theta = (2 * Math.PI * j) / cutter.flutes - (z * Math.tan(cutter.helix)) / cutter.radius
-      points.push(new THREE.Vector3(r * Math.sin(theta), r * Math.cos(theta), z))
-    }
+    const points = cutter.outline.map(([radius, z, lag]) => {
+      // Angles run clockwise seen from the spindle (src/osteomill/cutting/cutter.hpp).
+      const theta = (2 * Math.PI * j) / cutter.flutes - lag
+      return new THREE.Vector3(Math.sin(theta), Math.cos(theta), 0).multiplyScalar(1.004 * radius).setZ(z)
+    })
     group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), edge))
   }
   return group
