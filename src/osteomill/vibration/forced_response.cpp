@@ -11,6 +11,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/flutes.hpp"
 
 namespace osteomill::vibration {
 namespace {
@@ -32,8 +33,10 @@ ForcedMotion forced_motion(const Receptance& receptance, const cutting::Cutter& 
   require_within("options.steps", steps, 8.0, 4096.0, "");
   const cutting::Revolution turn =
       cutting::revolution(cutter, law, condition, immersion, steps * cutter.flutes);
-  const double tooth_hz = condition.spindle_speed * cutter.flutes / kTurn;
-  const std::size_t n = static_cast<std::size_t>(steps);
+  // Equal flutes repeat with the pitch, others with the revolution.
+  const bool equal = cutting::Flutes(cutter).equal();
+  const double tooth_hz = condition.spindle_speed * (equal ? cutter.flutes : 1) / kTurn;
+  const std::size_t n = equal ? static_cast<std::size_t>(steps) : turn.loads.size();
   ForcedMotion motion;
   for (auto* list : {&motion.x, &motion.y, &motion.static_x, &motion.static_y}) list->resize(n);
   const TipReceptance still = receptance(0.0);
@@ -41,7 +44,7 @@ ForcedMotion forced_motion(const Receptance& receptance, const cutting::Cutter& 
   for (std::size_t i = 0; i < n; ++i) {
     roots[i] = std::polar(1.0, kTurn * static_cast<double>(i) / static_cast<double>(n));
   }
-  // The force repeats with the pitch. Lines up to half the sampling; the last one is left out.
+  // Lines up to half the sampling; the last one is left out.
   for (std::size_t k = 0; k < n / 2; ++k) {
     Complex fx = 0.0, fy = 0.0;
     for (std::size_t i = 0; i < n; ++i) {

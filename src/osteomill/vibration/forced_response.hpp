@@ -11,7 +11,8 @@
 
 namespace osteomill::vibration {
 
-/// Steady motion of the tip over one tooth period under the forces of a rigid cut, m.
+/// Steady motion of the tip over one tooth period (a revolution when the flutes are unequal) under
+/// the forces of a rigid cut, m.
 struct ForcedMotion {
   std::vector<double> x, y;                ///< equal steps; index 0 where flute 1 is at θ = 0
   std::vector<double> static_x, static_y;  ///< the same without dynamics

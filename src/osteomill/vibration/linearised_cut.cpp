@@ -8,6 +8,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/envelope.hpp"
+#include "osteomill/cutting/flutes.hpp"
 
 namespace osteomill::vibration {
 
@@ -31,6 +32,11 @@ Regeneration linearised_cut(const cutting::Cutter& cutter, const cutting::Cuttin
     throw InvalidInput(Fault{"cutter.shape", "not cylindrical",
                              "stability is worked out for cylindrical cutters",
                              "use shape = \"cylindrical\" with the diameter at the cut"});
+  }
+  if (!cutting::Flutes(cutter).equal()) {
+    throw InvalidInput(Fault{"cutter", "unequal flutes or run-out",
+                             "stability is worked out for equal flutes, which have one delay",
+                             "leave out pitch, radius errors and run-out"});
   }
   const ContactAngles contact =
       contact_angles(immersion.kind, 0.5 * immersion.radial_depth / cutter.radius);
