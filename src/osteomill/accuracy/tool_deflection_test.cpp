@@ -190,12 +190,12 @@ TEST(FlexibleCut, EvensOutTheRunOutThatARigidToolFeelsInFull) {
   Cutter eccentric = mill(2);
   eccentric.run_out.offset = 4e-6;
   const Condition feed = at_feed(10.0, 2);  // 15 µm a tooth: one cuts 23 µm, the other 7
-  const auto cut = [&](double diameter, const FlexibleOptions& with) {
-    return flexible_cut(ToolCompliance::cantilever(35 * mm, diameter, 197e9), mill(2), thesis_law(),
-                        feed, slot(1), with);
+  const auto cut = [&](double diameter, const Cutter& cutter) {
+    return flexible_cut(ToolCompliance::cantilever(35 * mm, diameter, 197e9), cutter, thesis_law(),
+                        feed, slot(1), {.slices = 4});
   };
-  const FlexibleCut rigid = cut(200 * mm, options), slender = cut(6.35 * mm, options);
-  const FlexibleCut even = cut(6.35 * mm, {.slices = 4});
+  const FlexibleCut rigid = cut(200 * mm, eccentric), slender = cut(6.35 * mm, eccentric);
+  const FlexibleCut even = cut(6.35 * mm, mill(2));
   EXPECT_TRUE(rigid.repeats);
   EXPECT_TRUE(slender.repeats);
   EXPECT_GT(rigid.peak_force, 1.2 * even.peak_force);
