@@ -53,11 +53,14 @@ void add_three(float* at, const std::array<float, 3>& shares, float amount) {
   at[1] += shares[2] * amount;
 }
 
-/// Bone that leaves no trace in the map: what was inside the cutter before the step.
+// What a layer's removal leaves in the map. Between start_run and finish_run `next` is told the
+// amount of one voxel after the other.
+
+/// Bone that leaves no trace: what was inside the cutter before the step.
 struct NoMap {
   void start_layer(int) {}
-  void start_run(int) {}
-  void add(int, float) {}
+  void start_run(int, int) {}
+  void next(float) {}
   void finish_run() {}
 };
 
@@ -65,7 +68,10 @@ struct NoMap {
 class LevelMap {
  public:
   LevelMap(ShadowMap& map, const Vector3& tip)
-      : map_(map), tip_(tip), rate_(map.y_T().x()), along_x_(std::abs(rate_) < 1e-12) {}
+      : map_(map),
+        tip_(tip),
+        rate_(VoxelShadow::fixed(map.y_T().x())),
+        along_x_(std::abs(map.y_T().x()) < 1e-12) {}
 
   void start_layer(int z) {
     const double eta = map_.eta_cell(Vector3(0.0, 0.0, z - tip_.z()));
@@ -80,31 +86,33 @@ class LevelMap {
     if (cells_) map_.note_row(row);
     if (upper_cells_) map_.note_row(row + 1);
   }
-  void start_run(int y) {
-    start_ = map_.lateral_cell(Vector3(-tip_.x(), y - tip_.y(), 0.0));
+  void start_run(int y, int x) {
+    lateral_ = VoxelShadow::fixed(map_.lateral_cell(Vector3(x, y, 0.0) - tip_));
     sum_ = 0.0f;
   }
-  void add(int x, float amount) {
-    if (along_x_)
+  void next(float amount) {
+    if (along_x_) {
       sum_ += amount;
-    else
-      share(start_ + rate_ * x, amount);
+    } else {
+      share(amount);
+      lateral_ += rate_;
+    }
   }
   void finish_run() {
-    if (along_x_ && sum_ > 0.0f) share(start_, sum_);
+    if (along_x_ && sum_ > 0.0f) share(sum_);
   }
 
  private:
-  void share(double lateral, float amount) {
+  void share(float amount) {
     int column = 0;
-    const auto& shares = map_.lateral_shadow().shares(lateral, column);
+    const auto& shares = map_.lateral_shadow().shares(lateral_, column);
     if (cells_) add_three(cells_ + column, shares, lower_share_ * amount);
     if (upper_cells_) add_three(upper_cells_ + column, shares, upper_share_ * amount);
   }
 
   ShadowMap& map_;
   Vector3 tip_;
-  double rate_ = 0.0, start_ = 0.0;
+  std::int64_t rate_ = 0, lateral_ = 0;
   bool along_x_ = false;
   float* cells_ = nullptr;
   float* upper_cells_ = nullptr;
@@ -115,32 +123,39 @@ class LevelMap {
 class TiltedMap {
  public:
   TiltedMap(ShadowMap& map, const Vector3& tip)
-      : map_(map), tip_(tip), lateral_rate_(map.y_T().x()), eta_rate_(map.eta().x()) {}
+      : map_(map),
+        tip_(tip),
+        lateral_rate_(VoxelShadow::fixed(map.y_T().x())),
+        eta_rate_(VoxelShadow::fixed(map.eta().x())) {}
 
   void start_layer(int z) { z_ = z; }
-  void start_run(int y) {
-    const Vector3 start = Vector3(0.0, y, z_) - tip_;
-    lateral_start_ = map_.lateral_cell(start);
-    eta_start_ = map_.eta_cell(start);
+  void start_run(int y, int x) {
+    const Vector3 start = Vector3(x, y, z_) - tip_;
+    lateral_ = VoxelShadow::fixed(map_.lateral_cell(start));
+    eta_ = VoxelShadow::fixed(map_.eta_cell(start));
   }
-  void add(int x, float amount) {
-    const double eta = eta_start_ + eta_rate_ * x;
-    if (eta < 0.5 || eta > map_.rows() - 1.5) return;  // above the cutting length
+  void next(float amount) {
+    if (amount > 0.0f) share(amount * map_.gain());
+    lateral_ += lateral_rate_;
+    eta_ += eta_rate_;
+  }
+  void finish_run() {}
+
+ private:
+  void share(float amount) {
     int column = 0, at = 0;
-    const auto& across = map_.lateral_shadow().shares(lateral_start_ + lateral_rate_ * x, column);
-    const auto& up = map_.eta_shadow().shares(eta, at);
-    amount *= map_.gain();
+    const auto& across = map_.lateral_shadow().shares(lateral_, column);
+    const auto& up = map_.eta_shadow().shares(eta_, at);
+    if (at < 1 || at + 1 >= map_.rows()) return;  // above the cutting length
     for (int k = 0; k < 3; ++k)
       add_three(map_.row(at + k - 1) + column, across, up[static_cast<std::size_t>(k)] * amount);
     map_.note_row(at - 1);
     map_.note_row(at + 1);
   }
-  void finish_run() {}
 
- private:
   ShadowMap& map_;
   Vector3 tip_;
-  double lateral_start_ = 0.0, lateral_rate_ = 0.0, eta_start_ = 0.0, eta_rate_ = 0.0;
+  std::int64_t lateral_rate_ = 0, lateral_ = 0, eta_rate_ = 0, eta_ = 0;
   int z_ = 0;
 };
 
@@ -159,30 +174,41 @@ void Remover::carve_layer(int z, Map& map, Totals& totals) {
   const BoneMaterial* palette = stock_.palette_.data();
   map.start_layer(z);
   std::int64_t layer_units = 0;
-  for (const Swath::Run& run : swath_.runs()) {
+  const std::span<const Swath::Run> runs = swath_.runs();
+  for (std::size_t at = 0; at < runs.size(); ++at) {
+    const Swath::Run& run = runs[at];
+    if (at + 4 < runs.size()) {
+      // Rows are short and far apart in memory: fetch ahead.
+      const Swath::Run& soon = runs[at + 4];
+      const Stock::Row& ahead = stock_.rows_[layer + static_cast<std::size_t>(soon.y)];
+      const int offset = std::clamp(soon.first - ahead.first, 0, ahead.length);
+      __builtin_prefetch(stock_.occupancy_.data() + ahead.start + static_cast<std::size_t>(offset),
+                         1);
+    }
     const std::size_t row_at = layer + static_cast<std::size_t>(run.y);
     if (stock_.row_units_[row_at] == 0) continue;
     const Stock::Row& row = stock_.rows_[row_at];
     const int first = std::max(run.first, row.first);
     const int last = std::min(run.last, row.first + row.length - 1);
+    if (first > last) continue;
     Stock::Occupancy* occupancy = stock_.occupancy_.data() + row.start - row.first;
     const std::uint16_t* material = stock_.material_.data() + row.start - row.first;
     const Stock::Occupancy* fresh = swath_.fresh() + run.fresh - run.first;
     std::uint32_t units = 0;
-    map.start_run(run.y);
+    map.start_run(run.y, first);
     for (int x = first; x <= last; ++x) {
-      const int taken = occupancy[x] - fresh[x];
-      if (taken <= 0) continue;
-      occupancy[x] = fresh[x];
+      // Without a branch while there is nothing to look up: old and new are mixed at the rim.
+      const int taken = std::max(0, occupancy[x] - fresh[x]);
+      occupancy[x] = std::min(occupancy[x], fresh[x]);
       units += static_cast<std::uint32_t>(taken);
       if constexpr (one_material) {
-        map.add(x, static_cast<float>(taken));
+        map.next(static_cast<float>(taken));
       } else {
         const BoneMaterial& bone = palette[material[x]];
         const double scaled = taken * bone.force_scale;
         totals.unit_density += taken * bone.density;
         totals.unit_scale += scaled;
-        map.add(x, static_cast<float>(scaled));
+        map.next(static_cast<float>(scaled));
       }
     }
     map.finish_run();

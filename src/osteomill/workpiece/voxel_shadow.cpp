@@ -15,7 +15,7 @@ VoxelShadow::VoxelShadow(const geometry::Vector3& direction) {
   }
   for (int box = 0; box < boxes_; ++box)
     half_width_ += 0.5 * widths_[static_cast<std::size_t>(box)];
-  for (int phase = 0; phase <= kPhases; ++phase) {
+  for (int phase = 0; phase < kPhases; ++phase) {
     // The middle phase is a voxel on its cell, whose shares then are exact.
     const double offset = static_cast<double>(phase) / kPhases - 0.5;
     double sum = 0.0;

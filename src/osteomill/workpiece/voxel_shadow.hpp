@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "osteomill/geometry/pose.hpp"
 
@@ -23,19 +24,25 @@ class VoxelShadow {
   double at(double distance) const;
   double half_width() const { return half_width_; }
 
+  /// A coordinate among the cells (>= 0) that is stepped along a row of voxels, in units of 2^-32.
+  static std::int64_t fixed(double coordinate) {
+    return static_cast<std::int64_t>(coordinate * 4294967296.0);
+  }
   /// Shares of the cells before, at and after `nearest`, which becomes the index of the cell next
-  /// to the coordinate (>= 0).
-  const std::array<float, 3>& shares(double coordinate, int& nearest) const {
-    nearest = static_cast<int>(coordinate + 0.5);
-    return table_[static_cast<std::size_t>((coordinate - nearest + 0.5) * kPhases)];
+  /// to the coordinate.
+  const std::array<float, 3>& shares(std::int64_t coordinate, int& nearest) const {
+    const std::int64_t from_edge = coordinate + (std::int64_t{1} << 31);
+    nearest = static_cast<int>(from_edge >> 32);
+    return table_[static_cast<std::size_t>((from_edge >> (32 - kPhaseBits)) & (kPhases - 1))];
   }
 
  private:
-  static constexpr int kPhases = 128;
+  static constexpr int kPhaseBits = 7;
+  static constexpr int kPhases = 1 << kPhaseBits;
   std::array<double, 4> widths_{};  ///< of the boxes, the cell's own first
   int boxes_ = 0;
   double half_width_ = 0.0;
-  std::array<std::array<float, 3>, kPhases + 1> table_{};
+  std::array<std::array<float, 3>, kPhases> table_{};
 };
 
 }  // namespace osteomill::workpiece
