@@ -8,8 +8,10 @@
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/run_directory.hpp"
 #include "osteomill/io/run_record.hpp"
+#include "osteomill/io/simulate_picture.hpp"
 #include "osteomill/io/simulate_report.hpp"
 #include "osteomill/io/simulate_result.hpp"
+#include "osteomill/io/text_file.hpp"
 
 namespace osteomill::cli {
 namespace {
@@ -22,11 +24,21 @@ void write_directory(const std::filesystem::path& directory, const std::string& 
   io::RunDirectory output(directory);
   io::write_run_json(output.file("run.json"),
                      {kProgram, "simulate", io::case_of(runs), summary, wall_time});
-  for (const io::SimulatedRun& run : runs) {
-    io::draw(io::plot_of(run), output.file(run.input.name + ".png"));
+  io::ReportData report = io::report_of(runs, title, kProgram);
+  io::RunSurfaces surfaces = io::surfaces_of(runs);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const std::string& name = runs[i].input.name;
+    io::draw(io::plot_of(runs[i]), output.file(name + ".png"));
+    if (!runs[i].after) continue;
+    const std::filesystem::path bone = output.file(name + "_bone.png");
+    io::draw(io::picture_of(runs, surfaces, i), bone);
+    report.pictures.push_back(
+        {name + ": the bone before and after, and the mean force along the path",
+         io::read_text_file(bone), report.pictures.empty()});
   }
+  io::add_scene(report, runs, std::move(surfaces));
   io::write_signals(io::signals_of(runs), output.file("signals.h5"));
-  io::write_report(output.file("report.html"), io::report_of(runs, title, kProgram));
+  io::write_report(output.file("report.html"), report);
   output.commit();
 }
 
