@@ -41,12 +41,6 @@ const cutting::Cutter& checked(const cutting::Cutter& cutter, const geometry::Gr
   return cutter;
 }
 
-cutting::Cutter in_voxels(cutting::Cutter cutter, double spacing) {
-  cutter.radius /= spacing;
-  cutter.cutting_length /= spacing;
-  return cutter;
-}
-
 void add_three(float* at, const std::array<float, 3>& shares, float amount) {
   at[-1] += shares[0] * amount;
   at[0] += shares[1] * amount;
@@ -163,7 +157,8 @@ class TiltedMap {
 
 Remover::Remover(Stock& stock, const cutting::Cutter& cutter, const RemoverOptions& options)
     : stock_(stock),
-      swath_(in_voxels(checked(cutter, stock.shape()), stock.spacing()), stock.shape()),
+      meridian_(checked(cutter, stock.shape()), 1.0 / stock.spacing()),
+      swath_(meridian_, stock.shape()),
       map_(cutter, stock.spacing(),
            options.patches.slices > 0 ? options.patches : patches_for(cutter, stock.spacing()),
            options.memory) {}

@@ -33,6 +33,8 @@ class Remover {
  public:
   /// Throws InvalidInput when the cutter is not one. The stock must outlive the remover.
   Remover(Stock& stock, const cutting::Cutter& cutter, const RemoverOptions& options = {});
+  Remover(const Remover&) = delete;  // its swath looks at its meridian
+  Remover& operator=(const Remover&) = delete;
 
   /// Moves the tip straight from one point to the other. When `from` isn't where the last step
   /// ended, the engagement starts anew and bone around `from` counts as buried.
@@ -56,6 +58,7 @@ class Remover {
   void carve_layer(int z, Map& map, Totals& totals);
 
   Stock& stock_;
+  Meridian meridian_;  // in voxels
   Swath swath_;
   ShadowMap map_;
   bool placed_ = false;

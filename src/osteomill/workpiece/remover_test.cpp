@@ -31,6 +31,20 @@ cutting::Cutter ball(double diameter) {
   return cutter;
 }
 
+cutting::Cutter bull(double diameter, double corner) {
+  cutting::Cutter cutter = cylinder(diameter);
+  cutter.shape = cutting::CutterShape::bull;
+  cutter.corner_radius = corner;
+  return cutter;
+}
+
+cutting::Cutter tapered(double diameter, double corner, double taper) {
+  cutting::Cutter cutter = bull(diameter, corner);
+  cutter.shape = cutting::CutterShape::tapered;
+  cutter.taper_angle = taper;
+  return cutter;
+}
+
 /// Cuts along a straight line in equal steps; returns the sum.
 Removal cut(Remover& remover, const Vector3& from, const Vector3& to, int steps) {
   Removal sum;
@@ -122,11 +136,16 @@ INSTANTIATE_TEST_SUITE_P(
                     SplitCase{"ball_level", ball(5 * mm), {-3, 2, -3}, {11, 7.3, -3}},
                     SplitCase{"ball_ramp", ball(5 * mm), {-3, 2, 0.5}, {11, 7.3, -3}},
                     SplitCase{"ball_ramp_up", ball(5 * mm), {-3, 6, -4}, {15, 7.3, 1}},
+                    SplitCase{"bull_level", bull(5 * mm, 1 * mm), {-3, 2, -3}, {11, 7.3, -3}},
+                    SplitCase{"bull_ramp", bull(5 * mm, 1 * mm), {-3, 2, 0.5}, {11, 7.3, -3}},
+                    SplitCase{
+                        "tapered_level", tapered(6 * mm, 1 * mm, 0.4), {-4, 2, -3}, {11, 7.3, -3}},
                     SplitCase{"ball_plunge", ball(5 * mm), {8, 6, 1}, {8, 6, -5}}),
     [](const auto& of) { return of.param.name; });
 
 TEST(Removal, IsWhatTheReferenceDistanceSays) {
-  for (const cutting::Cutter& cutter : {cylinder(4 * mm), ball(5 * mm)})
+  for (const cutting::Cutter& cutter : {cylinder(4 * mm), ball(5 * mm), bull(5 * mm, 1 * mm),
+                                        tapered(6 * mm, 1 * mm, 20 * units::deg)})
     for (const Vector3& to_mm : {Vector3(12, 7, -3), Vector3(12, 7, -5), Vector3(3, 9, -2)}) {
       Stock stock = block({0, 0, -8 * mm}, {16 * mm, 12 * mm, 0}, {1900.0, 1.0}, 0.4 * mm);
       const Stock before = stock;
@@ -134,7 +153,8 @@ TEST(Removal, IsWhatTheReferenceDistanceSays) {
       const Vector3 to = to_mm * mm;
       Remover remover(stock, cutter);
       cut(remover, from, to, 7);
-      const SweptTool swept(cutter, from, to);
+      const Meridian meridian(cutter);
+      const SweptTool swept(meridian, from, to);
       const geometry::GridShape& shape = stock.shape();
       for (int z = 0; z < shape.size[2]; ++z)
         for (int y = 0; y < shape.size[1]; ++y)
@@ -262,18 +282,21 @@ constexpr cutting::ImmersionKind kDown = cutting::ImmersionKind::down;
 
 INSTANTIATE_TEST_SUITE_P(
     Table, Immersed,
-    testing::Values(ImmersionCase{"cylinder_slot", cylinder(4 * mm), 3.0, kSlot, 0.0, 0.0},
-                    ImmersionCase{"cylinder_slot_oblique", cylinder(4 * mm), 3.0, kSlot, 0.0, 0.5},
-                    ImmersionCase{"cylinder_half_up", cylinder(4 * mm), 3.0, kUp, 2.0, 0.5},
-                    ImmersionCase{"cylinder_half_down", cylinder(4 * mm), 3.0, kDown, 2.0, 0.5},
-                    ImmersionCase{"cylinder_half_down_along_y", cylinder(4 * mm), 3.0, kDown, 2.0,
-                                  kPi / 2},
-                    ImmersionCase{"cylinder_quarter_up", cylinder(4 * mm), 3.0, kUp, 1.0, 0.3},
-                    ImmersionCase{"cylinder_shallow_down", cylinder(4 * mm), 3.0, kDown, 0.5, 0.8},
-                    ImmersionCase{"ball_slot_1_mm", ball(8 * mm), 1.0, kSlot, 0.0, 0.0},
-                    ImmersionCase{"ball_slot_1_mm_oblique", ball(8 * mm), 1.0, kSlot, 0.0, 0.5},
-                    ImmersionCase{"ball_half_up", ball(8 * mm), 2.5, kUp, 4.0, 0.5},
-                    ImmersionCase{"ball_half_down", ball(8 * mm), 2.5, kDown, 4.0, 0.8}),
+    testing::Values(
+        ImmersionCase{"cylinder_slot", cylinder(4 * mm), 3.0, kSlot, 0.0, 0.0},
+        ImmersionCase{"cylinder_slot_oblique", cylinder(4 * mm), 3.0, kSlot, 0.0, 0.5},
+        ImmersionCase{"cylinder_half_up", cylinder(4 * mm), 3.0, kUp, 2.0, 0.5},
+        ImmersionCase{"cylinder_half_down", cylinder(4 * mm), 3.0, kDown, 2.0, 0.5},
+        ImmersionCase{"cylinder_half_down_along_y", cylinder(4 * mm), 3.0, kDown, 2.0, kPi / 2},
+        ImmersionCase{"cylinder_quarter_up", cylinder(4 * mm), 3.0, kUp, 1.0, 0.3},
+        ImmersionCase{"cylinder_shallow_down", cylinder(4 * mm), 3.0, kDown, 0.5, 0.8},
+        ImmersionCase{"ball_slot_1_mm", ball(8 * mm), 1.0, kSlot, 0.0, 0.0},
+        ImmersionCase{"ball_slot_1_mm_oblique", ball(8 * mm), 1.0, kSlot, 0.0, 0.5},
+        ImmersionCase{"ball_half_up", ball(8 * mm), 2.5, kUp, 4.0, 0.5},
+        ImmersionCase{"bull_slot", bull(6 * mm, 2 * mm), 3.0, kSlot, 0.0, 0.3},
+        ImmersionCase{"bull_half_up", bull(6 * mm, 2 * mm), 3.0, kUp, 3.0, 0.5},
+        ImmersionCase{"tapered_slot", tapered(6 * mm, 1 * mm, 0.3), 3.0, kSlot, 0.0, 0.3},
+        ImmersionCase{"ball_half_down", ball(8 * mm), 2.5, kDown, 4.0, 0.8}),
     [](const auto& of) { return of.param.name; });
 
 }  // namespace

@@ -58,7 +58,8 @@ PatchGrid patches_for(const cutting::Cutter& cutter, double spacing) {
 
 ShadowMap::ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchGrid& patches,
                      double memory)
-    : cutter_(cutter),
+    : cutter_(scaled(cutter, 1.0 / spacing)),
+      meridian_(cutter_),
       patches_(patches),
       memory_(memory),
       slice_height_(patches.slice_height / spacing) {
@@ -66,8 +67,6 @@ ShadowMap::ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchG
   require_within("engagement.angles", patches.angles, 4, 4096, "");
   require_positive("engagement.slice_height_mm", patches.slice_height / units::mm, "mm");
   require_non_negative("engagement.memory", memory, "voxels");
-  cutter_.radius /= spacing;
-  cutter_.cutting_length /= spacing;
   const double reach = slice_height_ * patches.slices;
   columns_ = 2 * static_cast<int>(std::ceil(cutter_.radius)) + 5;
   // Any pitch: the cylinder of radius R and this reach, seen from any side.
@@ -150,7 +149,7 @@ void ShadowMap::compute_coverage() {
   const double far = 4.0 * (cutter_.radius + cutter_.cutting_length);
   const Vector3 direction(cos_pitch_, 0.0, -sin_pitch_);  // in the tool frame
   const Vector3 eta(sin_pitch_, 0.0, cos_pitch_);
-  const SweptTool swept(cutter_, -far * direction, far * direction);
+  const SweptTool swept(meridian_, -far * direction, far * direction);
   const std::vector<Phase> lateral_phases = phases(lateral_shadow_, y_T_);
   const std::vector<Phase> eta_phases = phases(eta_shadow_, eta_);
   for (int j = 0; j < rows_; ++j)

@@ -6,6 +6,7 @@
 #include "osteomill/cutting/cutter.hpp"
 #include "osteomill/cutting/engagement.hpp"
 #include "osteomill/geometry/pose.hpp"
+#include "osteomill/workpiece/meridian.hpp"
 #include "osteomill/workpiece/voxel_shadow.hpp"
 
 namespace osteomill::workpiece {
@@ -82,6 +83,7 @@ class ShadowMap {
   void compute_stencil();
 
   cutting::Cutter cutter_;  // in voxels
+  Meridian meridian_;       // in voxels
   PatchGrid patches_;
   double memory_;
   double slice_height_;  // in voxels

@@ -47,16 +47,6 @@ struct Swath::Row {
   double centre = 0.0;        ///< x on the line of the feed, where hy isn't 0
 };
 
-double Swath::section_radius(double height, double offset) const {
-  const double radius = cutter_.radius + offset;
-  if (cutter_.shape == cutting::CutterShape::ball) {
-    const double below = cutter_.radius - height;
-    if (below <= 0.0) return radius;
-    return below < radius ? std::sqrt(square(radius) - square(below)) : -1.0;
-  }
-  return height >= -offset ? radius : -1.0;
-}
-
 void Swath::begin(const Vector3& from, const Vector3& to) {
   from_ = from;
   to_ = to;
@@ -74,8 +64,7 @@ void Swath::begin(const Vector3& from, const Vector3& to) {
   per_hy_ = std::abs(hy_) > kAlongAxis ? 1.0 / hy_ : 0.0;
   lowest_ = std::min(from.z(), to.z());
   // From here up the envelope is upright all along: a rise makes no difference.
-  upright_from_ = std::max(from.z(), to.z()) +
-                  (cutter_.shape == cutting::CutterShape::ball ? cutter_.radius : kBand);
+  upright_from_ = std::max(from.z(), to.z()) + cutter_.upright_from(kBand);
   if (rise_ != 0.0) swept_ = SweptTool(cutter_, from, to);
   listed_ = false;
 }
@@ -128,11 +117,7 @@ Stock::Occupancy Swath::level_occupancy(int x, const Row& row) const {
   const double lateral = hx_ * row.y0 - hy_ * dx;
   const double ahead = along - std::clamp(along, 0.0, run_);
   const double r_sq = ahead * ahead + lateral * lateral;
-  if (cutter_.shape == cutting::CutterShape::ball) {
-    const double below = std::max(0.0, cutter_.radius - height_);
-    return occupancy_at(std::sqrt(r_sq + square(below)) - cutter_.radius);
-  }
-  return occupancy_at(tool_distance(cutter_, std::sqrt(r_sq), height_));
+  return occupancy_at(cutter_.distance(std::sqrt(r_sq), height_));
 }
 
 void Swath::add_run(const Interval& part, const Interval& all_gone, const Row& row, int z) {
@@ -163,11 +148,11 @@ void Swath::add_run(const Interval& part, const Interval& all_gone, const Row& r
 void Swath::list(int z, std::span<const std::uint32_t> row_units) {
   const bool is_upright = upright(z);
   const double height = rise_ == 0.0 ? z - from_.z() : is_upright ? kFar : 0.0;
-  const double outer = section_radius(z - lowest_, kBand);
-  const double inner = is_upright ? section_radius(height, -kBand) : -1.0;
-  const double gone = placing_ ? -1.0 : section_radius(z - from_.z(), -kBand);
+  const double outer = cutter_.section_radius(z - lowest_, kBand);
+  const double inner = is_upright ? cutter_.section_radius(height, -kBand) : -1.0;
+  const double gone = placing_ ? -1.0 : cutter_.section_radius(z - from_.z(), -kBand);
   // The side of a cylinder and of a shank: every layer is the same.
-  const bool whole = is_upright && inner == cutter_.radius - kBand && gone == inner;
+  const bool whole = is_upright && inner == cutter_.radius() - kBand && gone == inner;
   if (listed_ && whole && whole_) return;
   listed_ = true;
   whole_ = whole;

@@ -26,7 +26,8 @@ class Swath {
     std::size_t fresh = 0;    ///< place of the occupancy of `first` in fresh()
   };
 
-  Swath(const cutting::Cutter& cutter_in_voxels, const geometry::GridShape& shape)
+  /// Both must outlive it.
+  Swath(const Meridian& cutter_in_voxels, const geometry::GridShape& shape)
       : cutter_(cutter_in_voxels),
         shape_(shape),
         swept_(cutter_, Vector3::Zero(), Vector3::Zero()) {}
@@ -50,14 +51,13 @@ class Swath {
   struct Row;
   void begin(const Vector3& from, const Vector3& to);
   bool upright(int z) const { return rise_ == 0.0 || z >= upright_from_; }
-  double section_radius(double height, double offset) const;
   Interval front(const Row& row, double radius) const;
   Interval everywhere(const Row& row, double radius) const;
   Stock::Occupancy level_occupancy(int x, const Row& row) const;
   void add_run(const Interval& part, const Interval& all_gone, const Row& row, int z);
 
-  cutting::Cutter cutter_;
-  geometry::GridShape shape_;
+  const Meridian& cutter_;
+  const geometry::GridShape& shape_;
   SweptTool swept_;
   Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero();
   double run_ = 0.0, rise_ = 0.0, hx_ = 1.0, hy_ = 0.0, per_hx_ = 0.0, per_hy_ = 0.0;
