@@ -141,7 +141,7 @@ Json mesh_json(const geometry::Mesh& mesh) {
 /// What a run's cutter has reached by when; it stands apart from the mesh, which runs may share.
 Json reach_json(const geometry::Mesh& mesh, const ReportPath& path, const cutting::Cutter& cutter) {
   // A vertex on the finished surface lies off the ideal one by less than the mesh resolves.
-  const double margin = mean_edge(mesh);
+  const double margin = 0.5 * mean_edge(mesh);
   return steps(reach_times(mesh.vertices, path.time_s, path.tip, path.axis, cutter, margin));
 }
 
@@ -251,7 +251,8 @@ Json page_json(const ReportData& data, const ReportOptions& options) {
 
   if (data.scene) {
     json["scene"] = scene_json(*data.scene);
-    const std::size_t meshes = 1 + data.runs.size();
+    std::size_t meshes = 1;
+    for (const auto& run : data.runs) meshes += run.before.triangles.empty() ? 1 : 2;
     const std::size_t triangles = std::max<std::size_t>(options.most_triangles / meshes, 1);
     const geometry::Mesh before = coarsened(data.scene->before, triangles);
     if (!before.triangles.empty()) json["scene"]["before"] = mesh_json(before);
@@ -261,8 +262,11 @@ Json page_json(const ReportData& data, const ReportOptions& options) {
       const bool moves = !run.path.time_s.empty();
       if (moves) to["path"] = path_json(run.path, kMostPlaces);
       const bool reaches = moves && data.scene->cutter;
-      if (reaches && !before.triangles.empty())
-        to["beforeReach"] = reach_json(before, run.path, *data.scene->cutter);
+      const geometry::Mesh own = coarsened(run.before, triangles);
+      if (!own.triangles.empty()) to["before"] = mesh_json(own);
+      const geometry::Mesh& start = own.triangles.empty() ? before : own;
+      if (reaches && !start.triangles.empty())
+        to["beforeReach"] = reach_json(start, run.path, *data.scene->cutter);
       const geometry::Mesh after = coarsened(run.after, triangles);
       if (after.triangles.empty()) continue;
       to["after"] = mesh_json(after);

@@ -143,12 +143,13 @@ struct ReportRun {
   std::vector<ReportStrip> strips = {};
   std::vector<ReportEvent> events = {};
   ReportPath path = {};
-  geometry::Mesh after = {};  ///< the stock when the run is over
+  geometry::Mesh before = {};  ///< the stock of this run; empty: that of the scene
+  geometry::Mesh after = {};   ///< the stock when the run is over
 };
 
 /// The 3-D view, which the runs share.
 struct ReportScene {
-  geometry::Mesh before;  ///< the stock, m
+  geometry::Mesh before;  ///< the stock, m; each run may have its own
   std::optional<cutting::Cutter> cutter = {};
   std::string path_value_name = "force";
   std::string path_value_unit = "N";

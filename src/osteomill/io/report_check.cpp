@@ -110,6 +110,7 @@ class Checker {
                 fmt::format("{} s to {} s", interval.from_s, interval.to_s),
                 "an interval must end after it starts");
     path(field + ".path", run.path);
+    mesh(field + ".before", run.before);
     mesh(field + ".after", run.after);
   }
 

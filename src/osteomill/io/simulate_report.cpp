@@ -10,6 +10,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/run_record.hpp"
 #include "osteomill/io/simulate_result.hpp"
+#include "osteomill/io/surface.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -105,7 +106,11 @@ std::vector<ReportStrip> strips_of(const SimulatedRun& run) {
   for (const auto& interval : run.summary.saturated_intervals) {
     saturated.intervals.push_back({interval[0], interval[1], "feed at its largest"});
   }
-  std::vector<ReportStrip> strips = {material, line, mode};
+  std::vector<ReportStrip> strips = {material};
+  // One line, or one mode throughout, is nothing to show.
+  for (const ReportStrip& strip : {line, mode}) {
+    if (strip.intervals.size() > 1) strips.push_back(strip);
+  }
   if (!saturated.intervals.empty()) strips.push_back(saturated);
   return strips;
 }
@@ -157,6 +162,7 @@ ReportRun run_of(const SimulatedRun& run) {
     made.events.push_back({run.summary.cutting_time, "last exit"});
   }
   made.path = path_of(run);
+  if (run.after) made.after = surface_of(*run.after);
   return made;
 }
 
@@ -201,8 +207,8 @@ std::vector<ReportNote> grounds_of(const SimulatedRun& run) {
        fmt::format("Cutting law of {}.", law.specimen.empty() ? "the case" : law.specimen),
        std::string(bone::name_of(law.obtained)), key_of(law.source)},
       {kind_of(scale.exponent.obtained),
-       fmt::format("Force at a density is that at {:g} kg/m³ times (density / {:g})^{:g}.",
-                   scale.reference.value, scale.reference.value, scale.exponent.value),
+       fmt::format("Force goes with the density to the power {:g}, from its value at {:g} kg/m³.",
+                   scale.exponent.value, scale.reference.value),
        std::string(bone::name_of(scale.exponent.obtained)), std::string(scale.exponent.source)}};
   if (run.input.stock.kind == StockKind::ct) {
     const bone::DensityFromCt& line = run.input.stock.bone_from_ct.density;
@@ -348,14 +354,17 @@ ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& t
   data.notes = notes_for(runs);
   data.expanded_case = case_of(runs).dump(2);
   if (runs.empty()) return data;
-  data.subtitle = subtitle_of(runs.front());
+  const SimulatedRun& first = runs.front();
+  data.subtitle = subtitle_of(first);
   ReportScene scene;
   scene.path_value_name = "peak force";
-  scene.path_value_limit = runs.front().input.force_limit;
-  if (runs.front().after) scene.cutter = runs.front().input.cutter.cutter;
+  scene.path_value_limit = first.input.force_limit;
+  if (first.after) scene.cutter = first.input.cutter.cutter;
+  if (first.before) scene.before = surface_of(*first.before);
   data.scene = scene;
   for (const SimulatedRun& run : runs) {
     data.runs.push_back(run_of(run));
+    if (run.before && run.before != first.before) data.runs.back().before = surface_of(*run.before);
     if (const SimulatedRun* fixed = constant_feed_beside(runs, run)) compare(run, *fixed, data);
   }
   return data;

@@ -54,6 +54,7 @@ export interface RunOf<A> {
   strips: Strip[]
   events: { time: number; label: string }[]
   path?: PathOf<A>
+  before?: MeshOf<A>
   after?: MeshOf<A>
   beforeReach?: A
   afterReach?: A

@@ -41,6 +41,11 @@ export function fixed(value: number, digits: number): string {
   return sign + grouped + (part ? `.${part}` : '')
 }
 
+/** "N/mm2" as people write it. */
+export function written(unit: string): string {
+  return unit.replace(/m2\b/g, 'm²').replace(/m3\b/g, 'm³')
+}
+
 /** About three significant digits, for readings. */
 export function reading(value: number | null | undefined): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–'

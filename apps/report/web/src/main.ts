@@ -87,7 +87,7 @@ function player_bar(report: Report, player: Player, choose: (index: number) => v
 }
 
 function has_scene(report: Report): boolean {
-  return !!report.scene && (!!report.scene.before || report.runs.some((r) => r.after || r.path))
+  return !!report.scene && (!!report.scene.before || report.runs.some((r) => r.before || r.after || r.path))
 }
 
 async function start() {

@@ -7,7 +7,7 @@ import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js'
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js'
 import { current_theme, viridis_gradient } from './colours'
 import type { Mesh, Numbers, Report, Run } from './data'
-import { el, on_resize, reading } from './dom'
+import { el, on_resize, reading, written } from './dom'
 import type { Player } from './player'
 import { axis_of, cutter_model, mapped_colour, place_mm, stock_material, swept_floor } from './scene_parts'
 import { index_at } from './time_charts'
@@ -53,7 +53,7 @@ export class SceneView {
   private readonly caption = el('p', { class: 'hint' })
 
   constructor(private readonly report: Report, private readonly player: Player) {
-    this.has_stock = !!report.scene?.before || report.runs.some((run) => run.after)
+    this.has_stock = !!report.scene?.before || report.runs.some((run) => run.before || run.after)
     this.frame.append(this.canvas, this.legend, this.print)
     this.element = el('section', { class: 'card scene', 'aria-label': 'Stock, path and cutter in 3-D' },
       el('div', { class: 'card-head' }, el('h2', {}, this.has_stock ? 'Stock and path' : 'Path')), this.frame)
@@ -210,8 +210,9 @@ export class SceneView {
     }
     const first = this.box.isEmpty()
     this.before = this.after = null
-    if (this.report.scene?.before) {
-      this.before = this.mesh(this.report.scene.before, run.beforeReach, 'before', run)
+    const before = run.before ?? this.report.scene?.before
+    if (before) {
+      this.before = this.mesh(before, run.beforeReach, 'before', run)
       this.content.add(this.before)
     }
     if (run.after) {
@@ -245,7 +246,7 @@ export class SceneView {
     const places: number[] = []
     const colours: number[] = []
     for (let i = 1; i < path.time.length; ++i) {
-      const colour = mapped_colour(path.value[i] / this.largest)
+      const colour = mapped_colour(path.value[i] > 0 ? path.value[i] / this.largest : NaN)  // air is grey
       const from = Number.isNaN(path.value[i]) ? i : i - 1  // a jump is a line of no length
       for (const k of [from, i]) places.push(path.tip[0][k], path.tip[1][k], path.tip[2][k])
       colours.push(...colour, ...colour)
@@ -262,7 +263,7 @@ export class SceneView {
       this.content.add(line)
       return line
     }
-    this.line = make(2, 0.45, true)
+    this.line = make(1.5, 0.3, true)
     this.trail = make(4, 1, false)
     if (this.report.scene?.cutter) {
       this.floor = swept_floor(path, this.report.scene.cutter, this.largest)
@@ -293,7 +294,7 @@ export class SceneView {
     bar.append(at(0, '0'), at(this.largest / 2, reading(this.largest / 2)), at(this.largest, reading(this.largest)))
     if (scene.valueLimit && scene.valueLimit < 0.98 * this.largest)
       bar.append(at(scene.valueLimit, `limit ${reading(scene.valueLimit)}`, 'limit'))
-    this.legend.append(el('div', { class: 'name' }, `${scene.valueName}, ${scene.valueUnit}`), bar)
+    this.legend.append(el('div', { class: 'name' }, `${scene.valueName}, ${written(scene.valueUnit)}`), bar)
   }
 
   private set_opacity() {

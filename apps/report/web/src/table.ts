@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 import type { Table } from './data'
-import { el, fixed } from './dom'
+import { el, fixed, written } from './dom'
 
 /** A table; `chosen` marks the row of a run, `choose` is called when a row of words is clicked. */
 export function table_view(table: Table): HTMLElement {
@@ -9,7 +9,7 @@ export function table_view(table: Table): HTMLElement {
     Math.max(...table.rows.map((row) => (typeof row[c] === 'number' ? Math.abs(row[c]) : 0))))
   const head = el('tr', {}, ...table.columns.map((column, c) =>
     el('th', { scope: 'col', class: numeric[c] ? 'number' : '', title: column.about || undefined },
-      column.name, column.unit ? el('span', { class: 'unit' }, column.unit) : null)))
+      column.name, column.unit ? el('span', { class: 'unit' }, written(column.unit)) : null)))
   const body = table.rows.map((row) => el('tr', {}, ...row.map((cell, c) => {
     const column = table.columns[c]
     const text = typeof cell === 'number' ? fixed(cell, column.digits) : cell ?? '–'

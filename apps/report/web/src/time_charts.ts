@@ -3,7 +3,7 @@
 import uPlot from 'uplot'
 import { current_theme, label_colours, palette } from './colours'
 import type { Numbers, Run, Signal, Strip } from './data'
-import { el, on_resize, reading } from './dom'
+import { el, on_resize, reading, written } from './dom'
 import type { Player } from './player'
 
 const axis_width = 58
@@ -93,7 +93,7 @@ export class TimeCharts {
     const signals = run.signals.filter((s) => s.panel === name)
     const unit = signals[0].unit
     const values = signals.map((signal) => ({ signal, shown: el('output', {}) }))
-    const title = el('h3', {}, name, unit ? el('span', { class: 'unit' }, unit) : null)
+    const title = el('h3', {}, name, unit ? el('span', { class: 'unit' }, written(unit)) : null)
     const legend = el('div', { class: 'legend' })
     values.forEach(({ signal, shown }, i) => {
       const swatch = el('span', { class: 'swatch' })

@@ -3,10 +3,10 @@
 import uPlot from 'uplot'
 import { current_theme, palette } from './colours'
 import type { Axis, Chart } from './data'
-import { el, on_resize, reading } from './dom'
+import { el, on_resize, reading, written } from './dom'
 
 function named(axis: Axis): string {
-  return axis.unit ? `${axis.label}, ${axis.unit}` : axis.label
+  return axis.unit ? `${axis.label}, ${written(axis.unit)}` : axis.label
 }
 
 function extent(arrays: ArrayLike<number>[], also: number[], positive: boolean): [number, number] {
