@@ -95,14 +95,6 @@ void Meridian::add_line(const Corner& from, const Corner& to) {
   lines_.push_back(line);
 }
 
-double Meridian::distance(double r, double z) const {
-  if (kind_ == Kind::ball) return std::hypot(r, std::min(0.0, z - radius_)) - radius_;
-  if (kind_ == Kind::general) return general_distance(r, z);
-  const double wall = r - radius_;
-  if (wall > 0.0 && z < 0.0) return std::hypot(wall, z);
-  return std::max(wall, -z);
-}
-
 double Meridian::general_distance(double r, double z) const {
   double nearest = std::numeric_limits<double>::infinity();
   bool inside = true;
@@ -115,11 +107,11 @@ double Meridian::general_distance(double r, double z) const {
     const double length =
         (line.to.z - line.from.z) * line.normal_r - (line.to.r - line.from.r) * line.normal_z;
     const double past = along < 0.0 ? along : std::max(0.0, along - length);
-    nearest = std::min(nearest, std::hypot(beyond, past));
+    nearest = std::min(nearest, std::sqrt(beyond * beyond + past * past));
   }
   for (const Arc& arc : arcs_) {
     const double dr = r - arc.centre.r, dz = z - arc.centre.z;
-    const double from_centre = std::hypot(dr, dz);
+    const double from_centre = std::sqrt(dr * dr + dz * dz);
     // In the wedge between straight down and the normal at the arc's end.
     if (dr < 0.0 || -dz < arc.last_cosine * from_centre) continue;
     inside = inside && from_centre <= arc.radius;

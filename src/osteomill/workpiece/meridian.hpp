@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "osteomill/cutting/cutter.hpp"
@@ -20,7 +22,16 @@ class Meridian {
 
   /// Signed distance to the cutter, < 0 inside; there it is minus the distance to the nearest part
   /// of the outline. Rises with r, falls with z.
-  double distance(double r, double z) const;
+  double distance(double r, double z) const {
+    if (kind_ == Kind::general) return general_distance(r, z);
+    if (kind_ == Kind::ball) {
+      const double below = std::min(0.0, z - radius_);
+      return std::sqrt(r * r + below * below) - radius_;
+    }
+    const double wall = r - radius_;
+    if (wall > 0.0 && z < 0.0) return std::sqrt(wall * wall + z * z);
+    return std::max(wall, -z);
+  }
 
   /// Largest r at this height with at most this distance; < 0 when there is none.
   double section_radius(double z, double offset) const;

@@ -24,7 +24,8 @@ double SweptTool::distance(const geometry::Vector3& p) const {
   const double lateral = along_x_ * y - along_y_ * x;
   const double height = p.z() - from_.z();
   const auto at = [&](double t) {
-    return cutter_->distance(std::hypot(along - t * run_, lateral), height - t * rise_);
+    const double ahead = along - t * run_;
+    return cutter_->distance(std::sqrt(ahead * ahead + lateral * lateral), height - t * rise_);
   };
   // It rises with the distance from the axis and falls with the height.
   if (run_ == 0.0) return std::min(at(0.0), at(1.0));
