@@ -30,11 +30,14 @@ void write_directory(const std::filesystem::path& directory, const std::string& 
     const std::string& name = runs[i].input.name;
     io::draw(io::plot_of(runs[i]), output.file(name + ".png"));
     if (!runs[i].after) continue;
-    const std::filesystem::path bone = output.file(name + "_bone.png");
-    io::draw(io::picture_of(runs, surfaces, i), bone);
-    report.pictures.push_back(
-        {name + ": the bone before and after, and the mean force along the path",
-         io::read_text_file(bone), report.pictures.empty()});
+    const auto add = [&](const io::Picture& picture, const char* suffix, const char* caption) {
+      const std::filesystem::path file = output.file(name + suffix);
+      io::draw(picture, file);
+      report.pictures.push_back(
+          {name + caption, io::read_text_file(file), report.pictures.empty()});
+    };
+    add(io::picture_of(runs, surfaces, i), "_bone.png", ": the bone before and after");
+    add(io::force_picture_of(runs, surfaces, i), "_force.png", ": mean force along the path");
   }
   io::add_scene(report, runs, std::move(surfaces));
   io::write_signals(io::signals_of(runs), output.file("signals.h5"));

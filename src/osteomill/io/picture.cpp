@@ -31,7 +31,8 @@ struct Extent {
   }
 };
 
-RayScene::Lens lens_of(const Picture& picture, double width, double height) {
+/// Makes a height of zero as large as the scene needs.
+RayScene::Lens lens_of(const Picture& picture, double width, double& height) {
   RayScene::Lens lens;
   const geometry::Vector3& from = picture.camera.from;
   const geometry::Vector3 right = picture.camera.up.cross(from);
@@ -57,6 +58,9 @@ RayScene::Lens lens_of(const Picture& picture, double width, double height) {
   lens.centre = axes.transpose() * (0.5F * (extent.low + extent.high));
   lens.reach = std::max(0.5F * size.norm(), 1e-6F);
   lens.parallel = !(picture.camera.field_of_view_deg > 0.0);
+  if (height <= 0.0)
+    height = std::clamp(lens.parallel ? size.y() / size.x() * width : width, 240.0 * kPixel,
+                        0.75 * picture.width * kPixel);
   if (lens.parallel) {
     lens.distance = 2.0F * lens.reach;
     lens.pixel =
@@ -120,25 +124,24 @@ void draw_scale(Canvas& canvas, double metres_a_pixel, double x, double y) {
 }  // namespace
 
 void draw(const Picture& picture, const std::filesystem::path& path) {
-  if (picture.views.empty() || picture.width < 200 || picture.height < 150)
+  if (picture.views.empty() || picture.width < 200 || (picture.height != 0 && picture.height < 150))
     throw InvalidInput(
         {"picture",
          fmt::format("{} views, {} × {}", picture.views.size(), picture.width, picture.height),
          "must have a view and 200 × 150 points or more", ""});
-  Canvas canvas(static_cast<int>(picture.width * kPixel),
-                static_cast<int>(picture.height * kPixel));
   const bool legends = picture.mesh_values || picture.line_values;
   const bool captions = std::any_of(picture.views.begin(), picture.views.end(),
                                     [](const PictureView& view) { return !view.caption.empty(); });
   const double margin = 16 * kPixel;
-  const double top = (picture.title.empty() ? 10 : 34) * kPixel;
+  const double top = (picture.title.empty() ? 10 : 36) * kPixel;
   const double bottom = (captions ? 44 : 30) * kPixel;
   const double right = (legends ? 118 : 16) * kPixel;
   const double gap = 14 * kPixel;
   const double count = static_cast<double>(picture.views.size());
-  const double width = (canvas.width() - margin - right - gap * (count - 1)) / count;
-  const double height = canvas.height() - top - bottom;
+  const double width = (picture.width * kPixel - margin - right - gap * (count - 1)) / count;
+  double height = picture.height == 0 ? 0.0 : picture.height * kPixel - top - bottom;
   const RayScene::Lens lens = lens_of(picture, width, height);
+  Canvas canvas(static_cast<int>(picture.width * kPixel), static_cast<int>(top + height + bottom));
   for (std::size_t i = 0; i < picture.views.size(); ++i) {
     const double left = margin + (width + gap) * static_cast<double>(i);
     RayScene(picture.views[i], picture, lens)
@@ -148,12 +151,13 @@ void draw(const Picture& picture, const std::filesystem::path& path) {
                 10 * kPixel, Canvas::Align::centre, kInk);
   }
   canvas.text(margin, 23 * kPixel, picture.title, 13 * kPixel, Canvas::Align::left, kInk);
-  const double bar = picture.mesh_values && picture.line_values ? 0.34 : 0.6;
-  double y = top + 28 * kPixel;
+  const bool both = picture.mesh_values && picture.line_values;
+  const double bar = both ? 0.5 * height - 45 * kPixel : 0.65 * height;
+  double y = top + 26 * kPixel;
   for (const auto* legend : {&picture.line_values, &picture.mesh_values}) {
     if (!*legend) continue;
-    draw_legend(canvas, **legend, canvas.width() - right + 18 * kPixel, y, bar * height);
-    y += bar * height + 50 * kPixel;
+    draw_legend(canvas, **legend, canvas.width() - right + 18 * kPixel, y, bar);
+    y += bar + 50 * kPixel;
   }
   if (lens.parallel) draw_scale(canvas, lens.pixel, margin, canvas.height() - 14 * kPixel);
   canvas.save_png(path);

@@ -57,8 +57,8 @@ struct Picture {
   PictureCamera camera{};
   std::optional<PictureLegend> mesh_values{};
   std::optional<PictureLegend> line_values{};
-  int width = 900;   ///< points, two pixels each
-  int height = 560;  ///< points
+  int width = 900;  ///< points, two pixels each
+  int height = 0;   ///< points; 0: as much as the scene needs
 };
 
 /// Writes a PNG. InvalidInput when there is nothing to see or a mesh is broken, WorldError when the

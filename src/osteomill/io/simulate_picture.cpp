@@ -3,9 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
+#include "osteomill/base/units.hpp"
 #include "osteomill/io/surface.hpp"
 
 namespace osteomill::io {
@@ -18,7 +23,7 @@ std::vector<PictureLine> lines_of(const SimulatedRun& run) {
   for (const simulate::Step& step : run.steps) {
     const bool was_in_bone = std::exchange(in_bone, step.samples_in_contact > 0);
     if (!in_bone) continue;
-    if (!was_in_bone) lines.emplace_back();
+    if (!was_in_bone) lines.push_back({{}, {}, 0.3 * units::mm});
     lines.back().points.push_back(step.tip_W);
     lines.back().values.push_back(step.mean_force);
   }
@@ -30,6 +35,47 @@ double largest_mean_force(const std::vector<SimulatedRun>& runs) {
   for (const SimulatedRun& run : runs)
     for (const simulate::Step& step : run.steps) largest = std::max(largest, step.mean_force);
   return largest;
+}
+
+PictureLegend densities(const RunSurfaces& surfaces) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = 0.0;
+  for (const geometry::Mesh& mesh : surfaces.before)
+    for (const float value : mesh.values) {
+      low = std::min<double>(low, value);
+      high = std::max<double>(high, value);
+    }
+  // Round hundreds, so that the bar begins and ends with a number.
+  return {"density, kg/m³", std::floor(low / 100.0) * 100.0, std::ceil(high / 100.0) * 100.0,
+          ColourMap::bone};
+}
+
+/// The plane along the tool in which the tip keeps while it cuts, to within the cutter's radius,
+/// seen from the front.
+std::optional<CutPlane> plane_of_slot(const SimulatedRun& run) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  double count = 0.0;
+  for (const simulate::Step& step : run.steps) {
+    if (step.samples_in_contact == 0) continue;
+    const Eigen::Vector2d p = step.tip_W.head<2>();
+    count += 1.0;
+    const Eigen::Vector2d from_mean = p - mean;
+    mean += from_mean / count;
+    spread += from_mean * (p - mean).transpose();
+  }
+  if (count < 2.0) return {};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(0.5 * (spread + spread.transpose()));
+  const Eigen::Vector2d across = axes.eigenvectors().col(0);
+  for (const simulate::Step& step : run.steps)
+    if (step.samples_in_contact > 0 &&
+        std::abs(across.dot(step.tip_W.head<2>() - mean)) > run.input.cutter.cutter.radius)
+      return {};
+  CutPlane plane;
+  plane.point << mean, 0.0;
+  plane.away << across, 0.0;
+  if (plane.away.dot(PictureCamera{}.from) < 0.0) plane.away = -plane.away;
+  return plane;
 }
 
 }  // namespace
@@ -49,26 +95,35 @@ RunSurfaces surfaces_of(const std::vector<SimulatedRun>& runs) {
 
 Picture picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& surfaces,
                    std::size_t index) {
+  Picture picture;
+  picture.title = runs[index].input.name + ": the bone before and after";
+  picture.views = {{"before", {{surfaces.before[index]}}}, {"after", {{surfaces.after[index]}}}};
+  picture.mesh_values = densities(surfaces);
+  picture.width = 1000;
+  return picture;
+}
+
+Picture force_picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& surfaces,
+                         std::size_t index) {
   const SimulatedRun& run = runs[index];
   Picture picture;
   picture.title =
       fmt::format("{}: {:.1f} s, mean {:.1f} N, peak {:.1f} N", run.input.name,
                   run.summary.cutting_time, run.summary.mean_force, run.summary.peak_force);
-  picture.views = {{"before", {{surfaces.before[index]}}},
-                   {"after", {{surfaces.after[index]}}, lines_of(run)}};
-  double low = 0.0;
-  double high = 0.0;
-  for (const geometry::Mesh& mesh : surfaces.before) {
-    if (mesh.values.empty()) continue;
-    const auto [least, most] = std::minmax_element(mesh.values.begin(), mesh.values.end());
-    low = high > 0.0 ? std::min<double>(low, *least) : *least;
-    high = std::max<double>(high, *most);
+  PictureView view;
+  view.lines = lines_of(run);
+  if (const std::optional<CutPlane> plane = plane_of_slot(run)) {
+    SurfaceOptions options;
+    options.cut = plane;
+    view.meshes = {{surface_of(*run.after, options)}};
+    picture.camera.from = plane->away + geometry::Vector3(0.0, 0.0, 0.5) +
+                          0.3 * geometry::Vector3::UnitZ().cross(plane->away);
+  } else {
+    view.meshes = {{surfaces.after[index]}};
   }
-  // Round hundreds, so that the bar begins and ends with a number.
-  picture.mesh_values = {"density, kg/m³", std::floor(low / 100.0) * 100.0,
-                         std::ceil(high / 100.0) * 100.0, ColourMap::bone};
+  picture.views = {std::move(view)};
+  picture.mesh_values = densities(surfaces);
   picture.line_values = {"mean force, N", 0.0, std::max(1.0, std::ceil(largest_mean_force(runs)))};
-  picture.width = 1000;
   return picture;
 }
 

@@ -34,6 +34,21 @@ VoxelGrid<float> coarsened(const VoxelGrid<float>& fine, int factor) {
   return coarse;
 }
 
+/// Without what lies beyond the plane; voxels that it cuts keep their share.
+VoxelGrid<float> cut_open(VoxelGrid<float> occupancy, const CutPlane& plane) {
+  const GridShape& shape = occupancy.shape();
+  const Vector3 away = plane.away.normalized();
+  const double across = shape.spacing.cwiseAbs().dot(away.cwiseAbs());  // a voxel, along `away`
+  for (int z = 0; z < shape.size[2]; ++z)
+    for (int y = 0; y < shape.size[1]; ++y)
+      for (int x = 0; x < shape.size[0]; ++x) {
+        const double beyond = away.dot(shape.centre(x, y, z) - plane.point) / across;
+        float& share = occupancy.at(x, y, z);
+        share = std::min(share, static_cast<float>(std::clamp(0.5 - beyond, 0.0, 1.0)));
+      }
+  return occupancy;
+}
+
 /// One half minus the occupancy: positive outside, as in a level set. One layer of air goes around,
 /// so that bone at the border is closed there.
 openvdb::FloatGrid::Ptr level_set_of(const VoxelGrid<float>& occupancy) {
@@ -56,8 +71,8 @@ geometry::Mesh surface_of(const VoxelGrid<float>& given, const SurfaceOptions& o
     throw InvalidInput({"surface",
                         fmt::format("coarsen {}, simplify {}", options.coarsen, options.simplify),
                         "coarsen must be 1 or more, simplify 0 … 1", ""});
-  const VoxelGrid<float> occupancy =
-      options.coarsen > 1 ? coarsened(given, options.coarsen) : given;
+  VoxelGrid<float> occupancy = options.cut ? cut_open(given, *options.cut) : given;
+  if (options.coarsen > 1) occupancy = coarsened(occupancy, options.coarsen);
   const GridShape& shape = occupancy.shape();
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec3I> triangles;
