@@ -10,20 +10,33 @@
 namespace osteomill::control {
 namespace {
 
+/// What a law asks for: `wanted` is the feed that it finds right, `feed` what it commands for it.
 struct Proposal {
+  double wanted = 0.0;
   double feed = 0.0;
   Mode mode = Mode::constant;
-  SugitaState sugita;
 };
 
-Proposal propose(const FeedController& controller, const ControllerState& state,
-                 const Observation& seen) noexcept {
+/// Updates the law's part of the state. `ceiling`: largest feed allowed here.
+Proposal propose(const FeedController& controller, ControllerState& state, const Observation& seen,
+                 double ceiling) noexcept {
   if (const SugitaLoop* loop = std::get_if<SugitaLoop>(&controller.law)) {
     const SugitaStep next = step(*loop, state.sugita, state.feed, seen.mean_force);
-    return {next.feed, Mode::adaptive, next.state};
+    state.sugita = next.state;
+    return {next.feed, next.feed, Mode::adaptive};
+  }
+  if (const ModelAdaptive* law = std::get_if<ModelAdaptive>(&controller.law)) {
+    // Just past a predicted entry the forces that would tell the gain have not come yet.
+    const bool entering = seen.to_contact < 0.0 && seen.to_contact > -law->options().settle;
+    const double entry = controller.predictive && entering ? controller.predictive->entry_feed
+                                                           : controller.limits.highest;
+    const ModelAdaptive::Step next = law->step(state.model, seen, std::min(entry, ceiling));
+    state.model = next.state;
+    return {next.wanted, next.command, Mode::adaptive};
   }
   const ConstantFeed* constant = std::get_if<ConstantFeed>(&controller.law);
-  return {constant->feed.value_or(seen.programmed_feed), Mode::constant, state.sugita};
+  const double feed = constant->feed.value_or(seen.programmed_feed);
+  return {feed, feed, Mode::constant};
 }
 
 }  // namespace
@@ -75,15 +88,18 @@ double entry_limit(const PredictiveMode& mode, const Observation& seen) noexcept
 
 ControlStep step(const FeedController& controller, const ControllerState& state,
                  const Observation& seen) noexcept {
-  const Proposal proposal = propose(controller, state, seen);
   const FeedLimits& limits = controller.limits;
-  ControlStep next{state, {proposal.feed, proposal.mode, proposal.feed >= limits.highest}};
-  double& feed = next.command.feed;
-
-  feed = std::clamp(feed, limits.lowest, limits.highest);
-  if (controller.predictive) {
-    const double entry = entry_limit(*controller.predictive, seen);
-    if (entry < feed) next.command = {entry, Mode::predictive, false};
+  const double entry = controller.predictive ? entry_limit(*controller.predictive, seen)
+                                             : std::numeric_limits<double>::infinity();
+  ControlStep next{state, {}};
+  const Proposal proposal = propose(controller, next.state, seen, std::min(entry, limits.highest));
+  double feed = std::clamp(proposal.feed, limits.lowest, limits.highest);
+  next.command.mode = proposal.mode;
+  next.command.saturated = proposal.wanted >= limits.highest;
+  if (entry < limits.highest && proposal.wanted >= entry) {
+    feed = std::min(feed, entry);
+    next.command.mode = Mode::predictive;
+    next.command.saturated = false;
   }
   const double largest_change = limits.acceleration * controller.period;
   feed = std::clamp(feed, state.feed - largest_change, state.feed + largest_change);
@@ -91,11 +107,15 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
   // to_contact may be infinite, so only NaN counts against it.
   if (!std::isfinite(feed) || !std::isfinite(seen.mean_force) || std::isnan(seen.to_contact)) {
     next.command = {0.0, Mode::stopped, false};
+    next.state = state;
     next.state.feed = 0.0;
     return next;
   }
-  next.state.sugita = proposal.sugita;
+  next.command.feed = feed;
   next.state.feed = feed;
+  if (const ModelAdaptive* law = std::get_if<ModelAdaptive>(&controller.law)) {
+    next.state.model.servo = law->after(next.state.model.servo, feed);
+  }
   return next;
 }
 

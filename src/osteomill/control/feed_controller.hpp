@@ -5,6 +5,7 @@
 #include <optional>
 #include <variant>
 
+#include "osteomill/control/model_adaptive.hpp"
 #include "osteomill/control/plant.hpp"
 #include "osteomill/control/sugita_loop.hpp"
 
@@ -38,7 +39,7 @@ struct PredictiveMode {
 
 /// A law, its limits and, where the entry into bone is known, the predictive mode.
 struct FeedController {
-  std::variant<ConstantFeed, SugitaLoop> law;
+  std::variant<ConstantFeed, SugitaLoop, ModelAdaptive> law;
   FeedLimits limits;
   std::optional<PredictiveMode> predictive;
   double period = 10e-3;  ///< between two commands, s
@@ -51,6 +52,7 @@ void check(const FeedController& controller);
 struct ControllerState {
   double feed = 0.0;  ///< last command, limits applied: so the accumulator cannot wind up, m/s
   SugitaState sugita;
+  ModelAdaptiveState model;
 };
 
 struct ControlStep {

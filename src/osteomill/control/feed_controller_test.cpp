@@ -210,17 +210,21 @@ TEST(FeedController, StepTakesNothingFromTheHeapAndCannotThrow) {
   static_assert(
       noexcept(step(std::declval<const FeedController&>(), std::declval<const ControllerState&>(),
                     std::declval<const Observation&>())));
-  FeedController controller = published();
-  controller.predictive = PredictiveMode{};
-  ControllerState state;
-  Observation seen = force(9.0);
-  const long before = allocations;
-  for (int i = 0; i < 1000; ++i) {
-    seen.to_contact = 5e-3 - 1e-5 * i;
-    seen.mean_force = i == 500 ? kNan : 9.0 + i % 7;
-    state = step(controller, state, seen).state;
+  FeedController adaptive;
+  adaptive.law = ModelAdaptive(ModelAdaptiveOptions{});
+  for (FeedController controller : {published(), adaptive, FeedController{}}) {
+    controller.predictive = PredictiveMode{};
+    ControllerState state;
+    Observation seen = force(9.0);
+    const long before = allocations;
+    for (int i = 0; i < 1000; ++i) {
+      seen.to_contact = 5e-3 - 1e-5 * i;
+      seen.mean_force = i == 500 ? kNan : 9.0 + i % 7;
+      state = step(controller, state, seen).state;
+    }
+    EXPECT_EQ(allocations - before, 0);
+    EXPECT_TRUE(std::isfinite(state.feed));
   }
-  EXPECT_EQ(allocations - before, 0);
 }
 
 TEST(FeedController, RefusesWhatIsNoController) {

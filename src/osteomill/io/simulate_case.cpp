@@ -23,6 +23,7 @@ constexpr Quantity kDensity{1.0, "kg/m3"};
 constexpr Quantity kGain{1e3, "N/(mm/s)"};
 constexpr Quantity kPlain{};
 constexpr numerics::SecondOrderLag kDefaultServo{118.0, 0.7};
+constexpr numerics::SecondOrderLag kVeryFastServo{5000.0, 1.0};
 
 void bind_zone(Section& s, simulate::ProfileZone& zone, double length) {
   s.number("from_mm", zone.from, kMm, non_negative(),
@@ -205,6 +206,19 @@ void bind_sugita(Section& s, control::SugitaLoop& loop) {
       "unit of the gain: % of the full feed, mm/s on the mean, mm/s on the sum", Need::optional);
 }
 
+void bind_model_adaptive(Section& s, control::ModelAdaptiveOptions& options) {
+  s.number("margin", options.margin, kPlain, between(0.05, 1.0),
+           "share of limits.force_n that the peak force is to reach", Need::optional);
+  s.number("confidence", options.confidence, kPlain, between(0.0, 10.0),
+           "standard errors that are added to the predicted gain", Need::optional);
+  s.number("floor_feed_mm_per_s", options.floor_feed, kMmPerS, positive(),
+           "never slower, so that the loop cannot stall", Need::optional);
+  s.number("hardest_rise_per_mm", options.hardest_rise, {1.0 / units::mm, "1/mm"}, non_negative(),
+           "how much the gain may rise unforeseen, relative to itself, per mm", Need::optional);
+  s.number("settle_mm", options.settle, kMm, non_negative(),
+           "past a predicted entry, before the estimate is trusted with more feed", Need::optional);
+}
+
 void bind_predictive(Section& s, control::PredictiveMode& mode) {
   s.number("entry_feed_mm_per_s", mode.entry_feed, kMmPerS, positive(), "feed at the entry",
            Need::optional);
@@ -216,12 +230,16 @@ void bind_predictive(Section& s, control::PredictiveMode& mode) {
   s.flag("until_engaged", mode.until_engaged, "hold until the cutter is fully engaged");
 }
 
-void bind_controller(Section& section, control::FeedController& controller) {
-  enum class Law { constant, sugita };
+void bind_controller(Section& section, control::FeedController& controller, bool& adaptive,
+                     control::ModelAdaptiveOptions& options) {
+  enum class Law { constant, sugita, model_adaptive };
   section.table("controller", "what sets the feed", Need::required, [&](Section& s) {
     Law law = Law::constant;
-    s.choice<Law>("kind", law, {{"constant", Law::constant}, {"sugita", Law::sugita}},
-                  "constant feed or the published force loop");
+    s.choice<Law>("kind", law,
+                  {{"constant", Law::constant},
+                   {"sugita", Law::sugita},
+                   {"model-adaptive", Law::model_adaptive}},
+                  "constant feed, the published force loop, or the law that identifies the bone");
     s.number("period_ms", controller.period, {units::ms, "ms"}, up_to(1000.0),
              "time between two commands", Need::optional);
     if (s.when(law == Law::constant)) {
@@ -234,6 +252,10 @@ void bind_controller(Section& section, control::FeedController& controller) {
       control::SugitaLoop loop;
       bind_sugita(s, loop);
       if (law == Law::sugita) controller.law = loop;
+    }
+    if (s.when(law == Law::model_adaptive)) {
+      bind_model_adaptive(s, options);
+      adaptive = law == Law::model_adaptive;
     }
     control::PredictiveMode mode;
     if (s.table("predictive", "slow entry into bone; absent: none", Need::optional,
@@ -295,6 +317,13 @@ void complete(SimulateCase& made) {
   if (control::SugitaLoop* loop = std::get_if<control::SugitaLoop>(&made.controller.law)) {
     loop->full_feed = made.controller.limits.highest;
   }
+  if (made.model_adaptive) {
+    // The law knows the machine that it runs on; an ideal servo is as good as a very fast one.
+    made.model_options.servo = made.machine.servo.value_or(kVeryFastServo);
+    made.model_options.period = made.controller.period;
+    made.model_options.force_limit = made.force_limit;
+    made.controller.law = control::ModelAdaptive(made.model_options);
+  }
   simulate::LineProfile& profile = made.stock.profile;
   profile.cutter_radius = made.cutter.cutter.radius;
   profile.flutes = made.cutter.cutter.flutes;
@@ -313,7 +342,7 @@ void bind_simulate(Section& section, SimulateCase& to) {
   bind_path(section, to.path, to.stock.profile, to.stock.kind);
   bind_cutter(section, to.cutter);
   if (section.when(to.stock.kind != StockKind::line_profile)) bind_bone(section, to.bone);
-  bind_controller(section, to.controller);
+  bind_controller(section, to.controller, to.model_adaptive, to.model_options);
   bind_limits(section, to.controller.limits, to.force_limit);
   bind_machine(section, to.machine);
 }

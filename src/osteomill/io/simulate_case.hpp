@@ -68,6 +68,8 @@ struct SimulateCase {
   std::array<double, 3> fibre{1, 0, 0};
   simulate::Machine machine;
   control::FeedController controller;
+  bool model_adaptive = false;  ///< the controller's law is made from these
+  control::ModelAdaptiveOptions model_options;
   double force_limit = 30.0;        ///< N
   nlohmann::ordered_json expanded;  ///< as read, with the defaults filled in
 };

@@ -179,6 +179,16 @@ TEST(SimulateCase, AnEdgeForceAboveTheReferenceStallsThePublishedLoopAndTheRunSa
   EXPECT_EQ(named(with_floor, "uniform-adaptive").summary.status, simulate::Status::finished);
 }
 
+TEST(SimulateCase, TheModelAdaptiveLawIsFasterThanTheSourceAndStaysBelowTheLimit) {
+  const auto runs = run_simulations(
+      read_simulate_cases(read_case(kSugita.parent_path() / "model_adaptive.toml", {})));
+  const simulate::Summary& summary = named(runs, "hard-zone-model-adaptive").summary;
+  EXPECT_LE(summary.cutting_time, 36.0);
+  EXPECT_LT(summary.peak_force, 30.0);
+  EXPECT_EQ(summary.time_above_limit, 0.0);
+  EXPECT_LE(summary.max_feed, 12.1e-3);
+}
+
 /// The message when one key of the Sugita case is replaced.
 std::string refusal(const std::string& change) {
   try {

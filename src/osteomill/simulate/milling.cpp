@@ -61,7 +61,7 @@ Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limi
   cut_.torques.resize(count);
   cut_.contacts.resize(count);
   window_.assign(window_samples(machine_), 0.0);
-  reported_.assign(machine_.delay_updates, 0.0);
+  reported_.assign(machine_.delay_updates, Reading{});
 }
 
 double Milling::window_mean() const {
@@ -74,11 +74,9 @@ Report Milling::report() const {
   seen.position = state_.integral;
   seen.feed = state_.value;
   seen.programmed_feed = workpiece_.at(state_.integral).programmed_feed;
-  seen.mean_force = reported_.back();
-  if (!steps_.empty()) {
-    seen.peak_force = steps_.back().peak_force;
-    seen.mean_torque = steps_.back().mean_torque;
-  }
+  seen.mean_force = reported_.back().mean;
+  seen.peak_force = reported_.back().peak;
+  if (!steps_.empty()) seen.mean_torque = steps_.back().mean_torque;
   seen.to_contact = workpiece_.to_contact(state_.integral);
   seen.entering = workpiece_.entering(state_.integral);
   seen.finished = finished();
@@ -148,10 +146,8 @@ Report Milling::advance(const FeedRequest& request) {
   steps_.push_back(step);
 
   std::rotate(reported_.rbegin(), reported_.rbegin() + 1, reported_.rend());
-  reported_.front() = step.mean_force;
-  if (machine_.force_noise > 0.0) {
-    reported_.front() += machine_.force_noise * noise_.normal();
-  }
+  const double noise = machine_.force_noise > 0.0 ? machine_.force_noise * noise_.normal() : 0.0;
+  reported_.front() = {step.mean_force + noise, step.peak_force + noise};
   return report();
 }
 

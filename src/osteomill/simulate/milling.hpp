@@ -40,7 +40,7 @@ struct Report {
   double feed = 0.0;      ///< m/s
   double programmed_feed = 0.0;
   double mean_force = 0.0;  ///< of the magnitude, over whole revolutions; noise and delay included
-  double peak_force = 0.0;
+  double peak_force = 0.0;  ///< of the same period as mean_force; noise and delay included
   double mean_torque = 0.0;
   double to_contact = 0.0;
   bool entering = false;
@@ -100,7 +100,11 @@ class Milling {
   Cut cut_;
   std::vector<double> window_;  ///< last magnitudes, a ring over whole revolutions
   std::size_t window_at_ = 0;
-  std::vector<double> reported_;  ///< mean forces with noise, newest first, delay_updates of them
+  struct Reading {
+    double mean = 0.0;
+    double peak = 0.0;
+  };
+  std::vector<Reading> reported_;  ///< with noise, newest first, delay_updates of them
   std::vector<Step> steps_;
 };
 
