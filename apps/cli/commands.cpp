@@ -10,6 +10,7 @@ namespace osteomill::cli {
 void add_catalogue(CLI::App& program);
 void add_force(CLI::App& program);
 void add_modes(CLI::App& program);
+void add_reproduce(CLI::App& program);
 void add_respond(CLI::App& program);
 void add_robot_place(CLI::App& program);
 void add_robot_position(CLI::App& program);
@@ -27,6 +28,7 @@ const std::vector<Command>& commands() {
       {"catalogue", add_catalogue, {}},
       {"force", add_force, io::bind_force},
       {"modes", add_modes, io::bind_modes},
+      {"reproduce", add_reproduce, {}},
       {"respond", add_respond, io::bind_respond},
       {"robot place", add_robot_place, bind_robot_place},
       {"robot position", add_robot_position, bind_robot_position},

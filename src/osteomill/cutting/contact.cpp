@@ -73,6 +73,10 @@ std::vector<double> smooth_pieces(const Envelope& envelope, const Condition& con
     if (joint < whole) ends.push_back(joint);
   }
   ends.push_back(whole);
+  const double shank = envelope.at(whole + envelope.length_to(1.0)).radius;
+  if (condition.feed_elevation == 0.0 && band.low <= -shank && band.high >= shank) {
+    return ends;  // a level slot: every contact is half a turn
+  }
   const std::size_t parts = ends.size() - 1;
   constexpr int kSteps = 48;
   for (std::size_t part = 0; part < parts; ++part) {

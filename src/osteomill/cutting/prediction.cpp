@@ -37,11 +37,11 @@ std::vector<std::string> range_warnings(const CuttingLaw& law, double largest_ch
   return {};
 }
 
-Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
-                   const Immersion& immersion, const PredictionOptions& options) {
+Prediction summarise(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+                     const SolvedCut& solved, const PredictionOptions& options) {
   Prediction result;
-  result.mean = mean_load(cutter, law, condition, immersion);
-  result.revolution = revolution(cutter, law, condition, immersion, options.steps);
+  result.mean = solved.mean;
+  result.revolution = solved.revolution;
   const double steps = static_cast<double>(result.revolution.loads.size());
   for (const Load& load : result.revolution.loads) {
     result.peak = result.peak.cwiseMax(load.force.cwiseAbs());
@@ -54,19 +54,32 @@ Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition&
   result.rms = result.rms.cwiseSqrt();
   result.mean_torque = result.mean.torque();
   result.spindle_power = spindle_power(result.mean, condition.spindle_speed);
+  result.rubbing_power = spindle_power(solved.rubbing, condition.spindle_speed);
   const double feed = feed_rate(condition, cutter.flutes);
   result.feed_power = -feed * result.mean.force.dot(feed_direction(condition));
-  result.removal_rate = removal_rate(cutter, condition, immersion);
+  result.removal_rate = solved.removal_rate;
   if (result.removal_rate > 0.0) {
     result.specific_energy = (result.spindle_power + result.feed_power) / result.removal_rate;
   }
   result.feed_per_tooth = condition.feed_per_tooth;
-  result.largest_chip = largest_chip(cutter, condition, immersion);
+  result.largest_chip = solved.largest_chip;
   for (int k = 1; k <= options.harmonics; ++k) {
     result.harmonics.push_back(harmonic(result.revolution, k));
   }
   result.warnings = range_warnings(law, result.largest_chip);
   return result;
+}
+
+Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+                   const Immersion& immersion, const PredictionOptions& options) {
+  Condition still = condition;
+  still.feed_per_tooth = 0.0;
+  return summarise(
+      cutter, law, condition,
+      {mean_load(cutter, law, condition, immersion), mean_load(cutter, law, still, immersion),
+       revolution(cutter, law, condition, immersion, options.steps),
+       removal_rate(cutter, condition, immersion), largest_chip(cutter, condition, immersion)},
+      options);
 }
 
 }  // namespace osteomill::cutting

@@ -24,6 +24,9 @@ struct Prediction {
   double peak_torque = 0.0;                            ///< N m
   double peak_bending_moment = 0.0;                    ///< at the top of the cutting length, N m
   double spindle_power = 0.0;                          ///< mean, W
+  /// Of the spindle power, what the edges take at zero chip: edge forces, all of which rub. 0 for
+  /// laws without edge force, which do not tell rubbing from cutting.
+  double rubbing_power = 0.0;
   double feed_power = 0.0;       ///< mean, W; < 0 when the cut pulls the cutter along
   double removal_rate = 0.0;     ///< m³/s
   double specific_energy = 0.0;  ///< power of spindle and feed over removal rate, J/m³; 0 without
@@ -35,6 +38,19 @@ struct Prediction {
 
 Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                    const Immersion& immersion, const PredictionOptions& options = {});
+
+/// What a solved cut is made of, however it was solved.
+struct SolvedCut {
+  Load mean;
+  Load rubbing;  ///< mean at zero chip
+  Revolution revolution;
+  double removal_rate = 0.0;  ///< m³/s
+  double largest_chip = 0.0;  ///< m
+};
+
+/// Peaks, powers and harmonics of a solved cut.
+Prediction summarise(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+                     const SolvedCut& solved, const PredictionOptions& options);
 
 /// What the law was not measured for: chips beyond its range. Empty when all is within.
 std::vector<std::string> range_warnings(const CuttingLaw& law, double largest_chip);

@@ -37,6 +37,15 @@ TEST(Prediction, EnergyIsThePressureWhenTheChipCarriesIt) {
   EXPECT_NEAR(cut.specific_energy * cut.removal_rate, cut.spindle_power + cut.feed_power, 1e-12);
 }
 
+TEST(Prediction, RubbingIsWhatTheEdgeForceTakes) {
+  CuttingLaw law = linear();
+  law.tangential.at_0 = LinearLaw{200e6, 4e3};
+  const Prediction cut = predict(kCutter, law, at(20.0), kSlot);
+  // Two of four flutes are in the slot at a time.
+  EXPECT_NEAR(cut.rubbing_power, 2.0 * 4e3 * 5e-3 * 3e-3 * 500.0, 1e-9);
+  EXPECT_EQ(predict(kCutter, linear(), at(20.0), kSlot).rubbing_power, 0.0);
+}
+
 TEST(Prediction, HarmonicsAndMeanHoldTheEnergyOfTheSignal) {
   const Cutter two{CutterShape::cylindrical, 3e-3, 2, 0.0, 0.0, 20e-3};
   const Prediction cut = predict(two, linear(), at(20.0), kSlot, {360, 179});

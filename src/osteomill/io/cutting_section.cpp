@@ -125,13 +125,37 @@ void bind_polynomial(Section& s, const ChipRange& range, CuttingLaw& law) {
   }
 }
 
+void bind_flutes(Section& s, Cutter& c) {
+  s.choice<Lead>("lead", c.lead,
+                 {{"constant-lead", Lead::constant_lead}, {"constant-angle", Lead::constant_angle}},
+                 "how the edge winds where the radius changes", Need::optional);
+  s.numbers("pitch_deg", c.pitch, kDeg, positive(),
+            "from each flute to the next; empty: equal pitch", Need::optional);
+  s.numbers("radius_error_um", c.radius_error, {units::um, "um"}, between(-200.0, 200.0),
+            "how much farther out each flute is; empty: none", Need::optional);
+  s.table("run_out", "how the cutter sits in the spindle", Need::optional, [&](Section& t) {
+    t.number("offset_um", c.run_out.offset, {units::um, "um"}, between(0.0, 500.0),
+             "distance of the cutter's axis from the spindle's at the tip", Need::optional);
+    t.number("offset_angle_deg", c.run_out.offset_angle, kDeg, any(),
+             "direction of the offset, as a lag behind flute 0", Need::optional);
+    t.number("tilt_um_per_mm", c.run_out.tilt, {1e-3, "um/mm"}, between(-20.0, 20.0),
+             "change of the distance with height", Need::optional);
+    t.number("tilt_angle_deg", c.run_out.tilt_angle, kDeg, any(), "direction of the tilt",
+             Need::optional);
+  });
+}
+
 }  // namespace
 
 void bind_cutter(Section& section, CutterCase& cutter) {
   section.table("cutter", "cutter", Need::required, [&](Section& s) {
     Cutter& c = cutter.cutter;
     s.choice<CutterShape>("shape", c.shape,
-                          {{"cylindrical", CutterShape::cylindrical}, {"ball", CutterShape::ball}},
+                          {{"cylindrical", CutterShape::cylindrical},
+                           {"ball", CutterShape::ball},
+                           {"bull", CutterShape::bull},
+                           {"tapered", CutterShape::tapered},
+                           {"profile", CutterShape::profile}},
                           "shape of the envelope");
     double diameter = 2.0 * c.radius;
     s.number("diameter_mm", diameter, kMm, up_to(100.0), "diameter");
@@ -143,6 +167,23 @@ void bind_cutter(Section& section, CutterCase& cutter) {
     std::optional<double> length;
     s.number("cutting_length_mm", length, kMm, positive(), "axial length with edges");
     c.cutting_length = length.value_or(8.0 * diameter);
+    if (s.when(c.shape == CutterShape::bull || c.shape == CutterShape::tapered)) {
+      s.number("corner_radius_mm", c.corner_radius, kMm, positive(),
+               "radius of the corner (bull) or of the ball at the tip (tapered)");
+    }
+    if (s.when(c.shape == CutterShape::tapered)) {
+      s.number("taper_deg", c.taper_angle, kDeg, between(0.0, 80.0), "half angle of the cone");
+    }
+    if (s.when(c.shape == CutterShape::profile)) {
+      s.tables("profile", "points of the profile from the tip up", Need::required,
+               [&](Section& point, std::size_t) {
+                 ProfileCorner& corner = c.profile.emplace_back();
+                 point.number("radius_mm", corner.radius, kMm, non_negative(),
+                              "distance from the axis");
+                 point.number("z_mm", corner.z, kMm, non_negative(), "height above the tip");
+               });
+    }
+    bind_flutes(s, c);
     bind_provenance(s, cutter.provenance);
   });
 }
@@ -195,6 +236,16 @@ void bind_bone(Section& section, BoneCase& bone) {
       if (there) law.lateral = lateral;
     }
     if (s.when(kind == LawKind::polynomial)) bind_polynomial(s, range, law);
+    s.number("minimum_chip_um", law.minimum_chip, {units::um, "um"}, between(0.0, 100.0),
+             "least chip that the edge lifts; it ploughs below (an assumption)", Need::optional);
+    std::vector<double> speeds;
+    s.numbers("speed_range_m_per_s", speeds, {1.0, "m/s"}, non_negative(),
+              "slowest and fastest surface speed that the law was measured at", Need::optional);
+    if (speeds.size() == 2 && speeds[0] < speeds[1]) {
+      bone.speed_range = {speeds[0], speeds[1]};
+    } else if (!speeds.empty()) {
+      s.fault("speed_range_m_per_s", "must be two speeds, the smaller first");
+    }
     s.number("rake_deg", bone.rake_angle, kDeg, between(-60.0, 60.0),
              "rake angle of the edges that the law was measured with");
     s.number("reference_density_kg_per_m3", bone.density.reference.value, {1.0, "kg/m3"},
@@ -206,7 +257,8 @@ void bind_bone(Section& section, BoneCase& bone) {
   });
 }
 
-std::vector<std::string> caveats_of(const CutterCase& cutter, const BoneCase& bone) {
+std::vector<std::string> caveats_of(const CutterCase& cutter, const BoneCase& bone,
+                                    std::optional<double> spindle_speed) {
   std::vector<std::string> texts;
   for (const std::string& text : {bone::caveat("the cutting law", bone.provenance),
                                   bone::caveat("the cutter's geometry", cutter.provenance)}) {
@@ -217,6 +269,14 @@ std::vector<std::string> caveats_of(const CutterCase& cutter, const BoneCase& bo
     texts.push_back(
         fmt::format("the law was measured with a rake of {:.3g} deg, the cutter has {:.3g} deg",
                     *bone.rake_angle / units::deg, cutter.cutter.rake_angle / units::deg));
+  }
+  const double surface_speed = spindle_speed.value_or(0.0) * cutter.cutter.radius;
+  if (spindle_speed && bone.speed_range &&
+      (surface_speed < 0.99 * (*bone.speed_range)[0] ||
+       surface_speed > 1.01 * (*bone.speed_range)[1])) {
+    texts.push_back(fmt::format(
+        "the law was measured at {:.3g} ... {:.3g} m/s, the cutter's surface runs at {:.3g} m/s",
+        (*bone.speed_range)[0], (*bone.speed_range)[1], surface_speed));
   }
   return texts;
 }
@@ -253,7 +313,25 @@ void bind_cut(Section& section, CutCase& cut) {
     cut.fibre_angle = angle.value_or(feed == Feed::transverse ? 0.5 * std::numbers::pi : 0.0);
     s.number("fibre_elevation_deg", cut.fibre_elevation, kDeg, between(-90.0, 90.0),
              "fibres above the plane normal to the axis", Need::optional);
+    s.number("lead_deg", cut.lead, kDeg, between(-60.0, 60.0),
+             "lean of the axis towards the feed; the feed then runs along the surface",
+             Need::optional);
+    s.number("tilt_deg", cut.tilt, kDeg, between(-60.0, 60.0), "lean of the axis towards +y",
+             Need::optional);
+    if ((cut.lead != 0.0 || cut.tilt != 0.0) && cut.feed_elevation != 0.0) {
+      s.fault("feed_elevation_deg", "must be 0 with lead or tilt",
+              "the feed of a leaning cutter runs along the surface");
+    }
+    s.choice<ToothPath>("tooth_path", cut.path,
+                        {{"circular", ToothPath::circular}, {"trochoidal", ToothPath::trochoidal}},
+                        "path that the chip thickness is worked out on", Need::optional);
   });
+}
+
+std::optional<TiltedCut> tilted_cut_of(const CutCase& cut) {
+  if (cut.lead == 0.0 && cut.tilt == 0.0) return std::nullopt;
+  return TiltedCut{cut.lead, cut.tilt, cut.immersion.axial_depth, cut.immersion.radial_depth,
+                   cut.immersion.kind};
 }
 
 Condition condition_of(const CutCase& cut, const Cutter& cutter) {
@@ -273,6 +351,7 @@ Condition condition_of(const CutCase& cut, const Cutter& cutter) {
   condition.feed_elevation = cut.feed_elevation;
   condition.fibre_T = std::cos(cut.fibre_elevation) * fibre_at_angle(cut.fibre_angle);
   condition.fibre_T.z() = std::sin(cut.fibre_elevation);
+  condition.path = cut.path;
   collect([&] { check(cutter); });
   collect([&] { check(condition, cutter); });
   collect([&] { check(cut.immersion, cutter); });

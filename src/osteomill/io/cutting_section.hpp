@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "osteomill/cutting/condition.hpp"
 #include "osteomill/cutting/cutter.hpp"
 #include "osteomill/cutting/cutting_law.hpp"
+#include "osteomill/cutting/tilted_cut.hpp"
 
 /// The tables [cutter], [bone] and [cut] of a case.
 namespace osteomill::io {
@@ -28,13 +30,16 @@ struct BoneCase {
   cutting::CuttingLaw law;
   bone::ForceDensityLaw density;
   std::optional<double> rake_angle;  ///< of the edges that the law was measured with, rad
+  std::optional<std::array<double, 2>>
+      speed_range;  ///< surface speeds that it was measured at, m/s
   bone::Provenance provenance;
 };
 void bind_bone(Section& section, BoneCase& bone);
 
 /// What a result that uses them has to say: values that were not measured, a law that was measured
-/// with another rake.
-std::vector<std::string> caveats_of(const CutterCase& cutter, const BoneCase& bone);
+/// with another rake or, when the spindle speed is given, at other speeds.
+std::vector<std::string> caveats_of(const CutterCase& cutter, const BoneCase& bone,
+                                    std::optional<double> spindle_speed = {});
 
 /// [cut]: one cutting condition. The feed is given as a rate or a tooth.
 struct CutCase {
@@ -45,8 +50,14 @@ struct CutCase {
   double fibre_angle = 0.0;              ///< from the feed, rad
   double fibre_elevation = 0.0;          ///< above the plane normal to the axis, rad
   cutting::Immersion immersion;
+  double lead = 0.0;  ///< lean of the axis towards the feed, rad
+  double tilt = 0.0;  ///< lean of the axis towards +y, rad
+  cutting::ToothPath path = cutting::ToothPath::circular;
 };
 void bind_cut(Section& section, CutCase& cut);
+
+/// The leaning cut of the tables, when lead or tilt is not 0.
+std::optional<cutting::TiltedCut> tilted_cut_of(const CutCase& cut);
 
 /// The condition of a cut; checked against the cutter, with all faults of both at once.
 cutting::Condition condition_of(const CutCase& cut, const cutting::Cutter& cutter);

@@ -35,7 +35,9 @@ ForceCase read_force_case(const CaseRun& run) {
   force.cutter = tables.cutter.cutter;
   force.bone = tables.bone;
   force.immersion = tables.cut.immersion;
-  force.caveats = caveats_of(tables.cutter, tables.bone);
+  force.tilted = tilted_cut_of(tables.cut);
+  if (force.tilted) cutting::check(*force.tilted, force.cutter);
+  force.caveats = caveats_of(tables.cutter, tables.bone, tables.cut.spindle_speed);
   return force;
 }
 

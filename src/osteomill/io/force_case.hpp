@@ -18,8 +18,9 @@ struct ForceCase {
   BoneCase bone;
   cutting::Condition condition;
   cutting::Immersion immersion;
-  std::vector<std::string> caveats;  ///< what of it is not measured
-  nlohmann::ordered_json expanded;   ///< the case with its defaults filled in
+  std::optional<cutting::TiltedCut> tilted;  ///< in place of the immersion
+  std::vector<std::string> caveats;          ///< what of it is not measured
+  nlohmann::ordered_json expanded;           ///< the case with its defaults filled in
 };
 
 /// The keys, for the schema.

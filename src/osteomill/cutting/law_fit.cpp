@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/cutting/law_fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <limits>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::cutting {
+namespace {
+
+ChipRange range_of(const std::vector<OrthogonalCut>& cuts) {
+  const auto [low, high] =
+      std::minmax_element(cuts.begin(), cuts.end(),
+                          [](const OrthogonalCut& a, const OrthogonalCut& b) { return a.h < b.h; });
+  return {low->h, high->h};
+}
+
+void check(const std::vector<OrthogonalCut>& cuts) {
+  for (const OrthogonalCut& cut : cuts) {
+    require_positive("chip_thickness_um", cut.h / units::um, "um");
+    require_positive("force_n_per_mm", cut.force / units::n_per_mm, "N/mm");
+  }
+  std::vector<double> thicknesses;
+  for (const OrthogonalCut& cut : cuts) thicknesses.push_back(cut.h);
+  std::sort(thicknesses.begin(), thicknesses.end());
+  const auto different = std::unique(thicknesses.begin(), thicknesses.end()) - thicknesses.begin();
+  if (cuts.size() < 4 || different < 3) {
+    throw InvalidInput(
+        Fault{"cuts",
+              std::to_string(cuts.size()) + " cuts, " + std::to_string(different) + " thicknesses",
+              "must be four cuts or more at three chip thicknesses or more", "add cuts"});
+  }
+}
+
+FitQuality quality(const std::vector<OrthogonalCut>& cuts, const EdgeForce& law) {
+  double square = 0.0;
+  for (const OrthogonalCut& cut : cuts) {
+    const double residual = force_per_width(law, cut.h) - cut.force;
+    square += residual * residual;
+  }
+  const double n = static_cast<double>(cuts.size());
+  constexpr double kParameters = 4.0;  // three of the law and the variance
+  const double correction = n > kParameters + 1.0
+                                ? 2.0 * kParameters * (kParameters + 1.0) / (n - kParameters - 1.0)
+                                : std::numeric_limits<double>::infinity();
+  // The least double instead of an exact fit's ln 0.
+  const double ms = std::max(square / n, std::numeric_limits<double>::min());
+  return {std::sqrt(square / n), n * std::log(ms) + 2.0 * kParameters + correction};
+}
+
+/// Best K and F_e >= 0 for one exponent.
+PowerLaw best_for(const std::vector<OrthogonalCut>& cuts, double n) {
+  double xx = 0.0, x = 0.0, xf = 0.0, f = 0.0;
+  for (const OrthogonalCut& cut : cuts) {
+    const double p = std::pow(cut.h / units::mm, n);
+    xx += p * p;
+    x += p;
+    xf += p * cut.force;
+    f += cut.force;
+  }
+  const double count = static_cast<double>(cuts.size());
+  const double slope = (count * xf - x * f) / (count * xx - x * x);
+  const double edge = (f - slope * x) / count;
+  if (slope < 0.0) return {0.0, n, f / count};
+  if (edge < 0.0) return {xf / xx, n, 0.0};
+  return {slope, n, edge};
+}
+
+double misfit(const std::vector<OrthogonalCut>& cuts, const PowerLaw& law) {
+  double square = 0.0;
+  for (const OrthogonalCut& cut : cuts) {
+    const double residual = force_per_width(law, cut.h) - cut.force;
+    square += residual * residual;
+  }
+  return square;
+}
+
+}  // namespace
+
+PowerFit fit_power_law(const std::vector<OrthogonalCut>& cuts) {
+  check(cuts);
+  const auto cost = [&](double n) { return misfit(cuts, best_for(cuts, n)); };
+  // The bound on F_e can give two valleys: scan, then refine in the lowest.
+  constexpr double kLow = 0.02, kHigh = 1.5;
+  constexpr int kSteps = 74;
+  const auto at = [&](int i) { return kLow + (kHigh - kLow) * i / kSteps; };
+  int lowest = 0;
+  for (int i = 1; i <= kSteps; ++i) {
+    if (cost(at(i)) < cost(at(lowest))) lowest = i;
+  }
+  const double n = boost::math::tools::brent_find_minima(cost, at(std::max(0, lowest - 1)),
+                                                         at(std::min(kSteps, lowest + 1)), 40)
+                       .first;
+  PowerFit fit;
+  fit.law = best_for(cuts, n);
+  fit.law.range = range_of(cuts);
+  fit.edge_at_bound = fit.law.edge == 0.0;
+  const Eigen::Index parameters = fit.edge_at_bound ? 2 : 3;
+  Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(cuts.size()), parameters);
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double x = cuts[i].h / units::mm;
+    jacobian(row, 0) = std::pow(x, n);
+    jacobian(row, 1) = fit.law.at_1_mm * std::pow(x, n) * std::log(x);
+    if (!fit.edge_at_bound) jacobian(row, 2) = 1.0;
+  }
+  const double degrees = static_cast<double>(cuts.size()) - static_cast<double>(parameters);
+  const Eigen::MatrixXd covariance =
+      misfit(cuts, fit.law) / degrees * (jacobian.transpose() * jacobian).inverse();
+  for (Eigen::Index i = 0; i < parameters; ++i) {
+    fit.standard_errors[static_cast<std::size_t>(i)] = std::sqrt(covariance(i, i));
+  }
+  fit.quality = quality(cuts, fit.law);
+  fit.status = "fitted";
+  return fit;
+}
+
+LogFit fit_log_law(const std::vector<OrthogonalCut>& cuts) {
+  check(cuts);
+  const auto count = static_cast<Eigen::Index>(cuts.size());
+  Eigen::MatrixXd a(count, 3);
+  Eigen::VectorXd b(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const OrthogonalCut& cut = cuts[static_cast<std::size_t>(i)];
+    const double l = std::log10(cut.h / units::um);
+    a.row(i) << 1.0, l, l * l;
+    b(i) = std::log10(cut.force / units::n_per_mm);
+  }
+  const Eigen::Vector3d k = a.householderQr().solve(b);
+  LogFit fit;
+  fit.law = {k(0), k(1), k(2), range_of(cuts)};
+  const double variance = (a * k - b).squaredNorm() / static_cast<double>(count - 3);
+  const Eigen::Matrix3d covariance = variance * (a.transpose() * a).inverse();
+  for (int i = 0; i < 3; ++i) {
+    fit.standard_errors[static_cast<std::size_t>(i)] = std::sqrt(covariance(i, i));
+  }
+  fit.quality = quality(cuts, fit.law);
+  fit.status = "fitted";
+  return fit;
+}
+
+}  // namespace osteomill::cutting
