@@ -29,7 +29,6 @@ void write_directory(const std::filesystem::path& directory, const std::string& 
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const std::string& name = runs[i].input.name;
     io::draw(io::plot_of(runs[i]), output.file(name + ".png"));
-    if (!runs[i].after) continue;
     const auto add = [&](const io::Picture& picture, const char* suffix, const char* caption) {
       const std::filesystem::path file = output.file(name + suffix);
       io::draw(picture, file);

@@ -11,10 +11,15 @@
 #include <utility>
 
 #include "osteomill/base/units.hpp"
+#include "osteomill/io/profile_slab.hpp"
 #include "osteomill/io/surface.hpp"
 
 namespace osteomill::io {
 namespace {
+
+const geometry::Vector3 kTowardsWall(0.3, 1.0, 0.45);  // of a profile's slab, from the eye's side
+
+bool profiled(const SimulatedRun& run) { return run.input.stock.kind == StockKind::line_profile; }
 
 /// The path in bone, a line for each stretch between two of air.
 std::vector<PictureLine> lines_of(const SimulatedRun& run) {
@@ -37,7 +42,7 @@ double largest_mean_force(const std::vector<SimulatedRun>& runs) {
   return largest;
 }
 
-PictureLegend densities(const RunSurfaces& surfaces) {
+PictureLegend materials(const SimulatedRun& run, const RunSurfaces& surfaces) {
   double low = std::numeric_limits<double>::infinity();
   double high = 0.0;
   for (const geometry::Mesh& mesh : surfaces.before)
@@ -45,6 +50,7 @@ PictureLegend densities(const RunSurfaces& surfaces) {
       low = std::min<double>(low, value);
       high = std::max<double>(high, value);
     }
+  if (profiled(run)) return {"gain, N/(mm/s)", 0.0, std::ceil(high), ColourMap::bone};
   // Round hundreds, so that the bar begins and ends with a number.
   return {"density, kg/m³", std::floor(low / 100.0) * 100.0, std::ceil(high / 100.0) * 100.0,
           ColourMap::bone};
@@ -53,6 +59,7 @@ PictureLegend densities(const RunSurfaces& surfaces) {
 /// The plane along the tool in which the tip keeps while it cuts, to within the cutter's radius,
 /// seen from the front.
 std::optional<CutPlane> plane_of_slot(const SimulatedRun& run) {
+  if (profiled(run)) return {};
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   double count = 0.0;
@@ -84,6 +91,13 @@ RunSurfaces surfaces_of(const std::vector<SimulatedRun>& runs) {
   RunSurfaces surfaces;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const SimulatedRun& run = runs[i];
+    if (profiled(run)) {
+      workpiece::Stock slab = slab_of(run.input.stock.profile);
+      surfaces.before.push_back(surface_of(slab));
+      mill_slab(run.steps, run.input.cutter.cutter, slab);
+      surfaces.after.push_back(surface_of(slab));
+      continue;
+    }
     if (i > 0 && run.before && run.before == runs[i - 1].before)
       surfaces.before.push_back(surfaces.before[i - 1]);
     else
@@ -98,8 +112,9 @@ Picture picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& sur
   Picture picture;
   picture.title = runs[index].input.name + ": the bone before and after";
   picture.views = {{"before", {{surfaces.before[index]}}}, {"after", {{surfaces.after[index]}}}};
-  picture.mesh_values = densities(surfaces);
+  picture.mesh_values = materials(runs[index], surfaces);
   picture.width = 1000;
+  if (profiled(runs[index])) picture.camera.from = kTowardsWall;
   return picture;
 }
 
@@ -120,23 +135,22 @@ Picture force_picture_of(const std::vector<SimulatedRun>& runs, const RunSurface
                           0.3 * geometry::Vector3::UnitZ().cross(plane->away);
   } else {
     view.meshes = {{surfaces.after[index]}};
+    if (profiled(run)) picture.camera.from = kTowardsWall;
   }
   picture.views = {std::move(view)};
-  picture.mesh_values = densities(surfaces);
+  picture.mesh_values = materials(runs[index], surfaces);
   picture.line_values = {"mean force, N", 0.0, std::max(1.0, std::ceil(largest_mean_force(runs)))};
   return picture;
 }
 
 void add_scene(ReportData& data, const std::vector<SimulatedRun>& runs, RunSurfaces surfaces) {
-  if (runs.empty() || !runs.front().before) return;
-  for (const SimulatedRun& run : runs)
-    if (run.before != runs.front().before) return;
-  ReportScene scene;
-  scene.before = std::move(surfaces.before.front());
-  scene.cutter = runs.front().input.cutter.cutter;
-  scene.path_value_name = "mean force";
-  data.scene = std::move(scene);
-  for (std::size_t i = 0; i < runs.size(); ++i) data.runs[i].after = std::move(surfaces.after[i]);
+  if (!data.scene) return;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    data.runs[i].after = std::move(surfaces.after[i]);
+    const bool shared = !profiled(runs[i]) && runs[i].before == runs.front().before;
+    if (i > 0 && !shared) data.runs[i].before = std::move(surfaces.before[i]);
+  }
+  data.scene->before = std::move(surfaces.before.front());
 }
 
 }  // namespace osteomill::io

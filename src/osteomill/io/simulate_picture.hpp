@@ -10,16 +10,16 @@
 
 namespace osteomill::io {
 
-/// The bone of each run as a surface; empty for a run without a stock. Made once, for the pictures
-/// and the report.
+/// The bone of each run as a surface; of a line profile, its slab. Made once, for the pictures and
+/// the report.
 struct RunSurfaces {
   std::vector<geometry::Mesh> before;
   std::vector<geometry::Mesh> after;
 };
 RunSurfaces surfaces_of(const std::vector<SimulatedRun>& runs);
 
-/// The bone before and after run `index`, by its density. The colours mean the same in the pictures
-/// of all runs. Only for a run with a stock.
+/// The bone before and after run `index`, by its density, or a profile's by its cutting gain. The
+/// colours mean the same in the pictures of all runs.
 Picture picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& surfaces,
                    std::size_t index);
 
@@ -28,7 +28,7 @@ Picture picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& sur
 Picture force_picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& surfaces,
                          std::size_t index);
 
-/// The 3-D view of the report, where the runs share one stock.
+/// Puts the bone into the 3-D view of a report that report_of made.
 void add_scene(ReportData& data, const std::vector<SimulatedRun>& runs, RunSurfaces surfaces);
 
 }  // namespace osteomill::io

@@ -10,7 +10,6 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/run_record.hpp"
 #include "osteomill/io/simulate_result.hpp"
-#include "osteomill/io/surface.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -162,7 +161,6 @@ ReportRun run_of(const SimulatedRun& run) {
     made.events.push_back({run.summary.cutting_time, "last exit"});
   }
   made.path = path_of(run);
-  if (run.after) made.after = surface_of(*run.after);
   return made;
 }
 
@@ -201,15 +199,10 @@ std::string key_of(std::string source) {
 std::vector<ReportNote> grounds_of(const SimulatedRun& run) {
   if (!run.after) return {};
   const bone::Provenance& law = run.input.bone.provenance;
-  const bone::ForceDensityLaw& scale = run.input.bone.density;
   std::vector<ReportNote> notes = {
       {kind_of(law.obtained),
        fmt::format("Cutting law of {}.", law.specimen.empty() ? "the case" : law.specimen),
-       std::string(bone::name_of(law.obtained)), key_of(law.source)},
-      {kind_of(scale.exponent.obtained),
-       fmt::format("Force goes with the density to the power {:g}, from its value at {:g} kg/m³.",
-                   scale.exponent.value, scale.reference.value),
-       std::string(bone::name_of(scale.exponent.obtained)), std::string(scale.exponent.source)}};
+       std::string(bone::name_of(law.obtained)), key_of(law.source)}};
   if (run.input.stock.kind == StockKind::ct) {
     const bone::DensityFromCt& line = run.input.stock.bone_from_ct.density;
     notes.push_back({kind_of(line.per_hounsfield.obtained),
@@ -359,12 +352,10 @@ ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& t
   ReportScene scene;
   scene.path_value_name = "peak force";
   scene.path_value_limit = first.input.force_limit;
-  if (first.after) scene.cutter = first.input.cutter.cutter;
-  if (first.before) scene.before = surface_of(*first.before);
+  scene.cutter = first.input.cutter.cutter;
   data.scene = scene;
   for (const SimulatedRun& run : runs) {
     data.runs.push_back(run_of(run));
-    if (run.before && run.before != first.before) data.runs.back().before = surface_of(*run.before);
     if (const SimulatedRun* fixed = constant_feed_beside(runs, run)) compare(run, *fixed, data);
   }
   return data;

@@ -147,6 +147,16 @@ void mill_stock(const MadeStock& made, const Progress& progress, SimulatedRun& r
   simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
   run.before = made.stock;
   run.warnings = caveats_of(input.cutter, input.bone);
+  // A block with a force scale of its own is the only stock whose force does not follow density.
+  const bone::ForceDensityLaw& by_density = input.bone.density;
+  const bool scaled = input.stock.kind == StockKind::ct ||
+                      (input.stock.kind == StockKind::block && !input.stock.force_scale);
+  if (scaled) {
+    run.warnings.push_back(fmt::format(
+        "the force follows the local density as (density / {:g} kg/m3)^{:g}: an assumption, as "
+        "compressive strength does; no measured law of cutting force against density was found",
+        by_density.reference.value, by_density.exponent.value));
+  }
   run.warnings.insert(run.warnings.end(), made.remarks.begin(), made.remarks.end());
   mill(workpiece, progress, run);
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());
