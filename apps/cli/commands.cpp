@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command.hpp"
 #include "osteomill/io/force_case.hpp"
+#include "osteomill/io/robot_calibration_case.hpp"
+#include "osteomill/io/robot_case.hpp"
+#include "osteomill/io/robot_chain_case.hpp"
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/io/study_case.hpp"
 #include "osteomill/io/vibration_case.hpp"
@@ -12,15 +15,16 @@ void add_force(CLI::App& program);
 void add_modes(CLI::App& program);
 void add_reproduce(CLI::App& program);
 void add_respond(CLI::App& program);
+void add_robot_calibrate(CLI::App& program);
 void add_robot_place(CLI::App& program);
 void add_robot_position(CLI::App& program);
+void add_robot_reach(CLI::App& program);
 void add_robot_size(CLI::App& program);
+void add_robot_stiffness(CLI::App& program);
+void add_robot_tibia(CLI::App& program);
 void add_schema(CLI::App& program);
 void add_stability(CLI::App& program);
 void add_simulate(CLI::App& program);
-void bind_robot_place(io::Section& section);
-void bind_robot_position(io::Section& section);
-void bind_robot_size(io::Section& section);
 void add_study(CLI::App& program);
 
 const std::vector<Command>& commands() {
@@ -30,9 +34,13 @@ const std::vector<Command>& commands() {
       {"modes", add_modes, io::bind_modes},
       {"reproduce", add_reproduce, {}},
       {"respond", add_respond, io::bind_respond},
-      {"robot place", add_robot_place, bind_robot_place},
-      {"robot position", add_robot_position, bind_robot_position},
-      {"robot size", add_robot_size, bind_robot_size},
+      {"robot calibrate", add_robot_calibrate, io::bind_robot_calibrate_keys},
+      {"robot place", add_robot_place, io::bind_robot_place_keys},
+      {"robot position", add_robot_position, io::bind_robot_position_keys},
+      {"robot reach", add_robot_reach, io::bind_robot_reach_keys},
+      {"robot size", add_robot_size, io::bind_robot_size_keys},
+      {"robot stiffness", add_robot_stiffness, io::bind_robot_stiffness_keys},
+      {"robot tibia", add_robot_tibia, io::bind_robot_tibia_keys},
       {"schema", add_schema, {}},
       {"stability", add_stability, io::bind_stability},
       {"study", add_study, io::bind_study},

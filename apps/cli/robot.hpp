@@ -3,27 +3,30 @@
 
 #include <fmt/format.h>
 
-#include "command.hpp"
+#include "documents.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/robot/implant.hpp"
 
-/// What the `osteomill robot …` commands share.
+/// What the `osteomill robot ...` commands share.
 namespace osteomill::cli {
 
-/// Adds `osteomill robot NAME`.
-CLI::App* add_robot_command(CLI::App& program, const char* name, const char* about);
+/// Adds `osteomill robot NAME`, which shows the runs of its case. What `solve` writes into its
+/// second argument is why there is no solution: everything is shown, then the program ends so.
+void add_robot_command(
+    CLI::App& program, const char* name, const char* about,
+    const std::function<Shown(const io::CaseRun&, std::string& no_solution)>& solve);
 
 inline nlohmann::ordered_json millimetres(const robot::Vector2& p) {
   return {{"x", p.x() / units::mm}, {"y", p.y() / units::mm}};
 }
 
+inline nlohmann::ordered_json xyz(const Eigen::Vector3d& p, double unit) {
+  return {{"x", p.x() / unit}, {"y", p.y() / unit}, {"z", p.z() / unit}};
+}
+
 inline std::string fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
-/// Prints a result in the chosen format, and writes it as result.json when there is a directory.
-void print_result(const CaseArguments& arguments, const nlohmann::ordered_json& document,
-                  const std::vector<std::vector<std::string>>& rows);
-
-/// "generic, size 4" is assumed, not measured: says so when it is.
-void warn_of_assumed(const std::string& name, const std::string& obtained);
+/// Says so when an implant's dimensions are assumed.
+void warn_of_assumed(const std::string& name, const std::string& obtained, Shown& shown);
 
 }  // namespace osteomill::cli

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/base/error.hpp"
-#include "osteomill/io/case_file.hpp"
 #include "osteomill/io/robot_case.hpp"
 #include "osteomill/io/robot_drawing.hpp"
 #include "robot.hpp"
@@ -70,60 +69,52 @@ std::vector<std::vector<std::string>> rows_of(const io::RobotPositionCase& c,
   return rows;
 }
 
-void run(const CaseArguments& arguments) {
-  for (const io::CaseRun& one : io::read_case(arguments.case_file, arguments.overrides)) {
-    io::RobotPositionCase c;
-    io::Section::read(one, [&](io::Section& section) { io::bind_robot_position(section, c); });
-    const io::Implant implant = io::implant_of(c.implant);
-    warn_of_assumed(implant.name, implant.obtained);
-    const robot::CutOptions cuts{c.options.distal_overhang, c.robot.tool_thickness};
-    const auto lines = robot::cut_lines(implant.profile, cuts);
-    robot::Vector2 axis;
-    robot::PerCut<robot::Branch> branches;
-    if (c.axis_x && c.axis_y) {
-      axis = {*c.axis_x, *c.axis_y};
-      branches = robot::gaps_at(c.robot, lines, axis, c.options.placement.branch).branches;
-    } else {
-      const robot::Placement placement = robot::place(c.robot, lines, c.options.placement);
-      if (!placement.feasible) throw NoSolution(placement.reason);
-      axis = placement.axis_position;
-      branches = placement.branches;
-    }
-    const double cover = c.bone_cover > 0.0 ? c.bone_cover : cuts.distal_overhang / std::sqrt(2.0);
-    const robot::BoneOutline bone = robot::generic_bone(implant.profile, cover);
-    const auto steps =
-        robot::plan_sequence(c.robot, implant.profile, cuts, bone, axis, branches, c.sequence);
-    const Json document = document_of(c, axis, steps);
-    print_result(arguments, document, rows_of(c, steps));
-    if (!arguments.directory.empty()) {
-      const std::string title =
-          fmt::format("{}, L1 {:g} mm, L2 {:g} mm, tool {:g} mm", implant.name, c.robot.link1 / mm,
-                      c.robot.link2 / mm, c.robot.tool_thickness / mm);
-      for (const char* file : {"poses.svg", "poses.png"}) {
-        io::draw_poses(implant.profile, cuts, bone, axis, steps, title, arguments.directory / file);
-      }
-    }
-    for (const robot::SequenceStep& step : steps) {
-      if (!step.trouble.empty()) {
-        throw NoSolution(fmt::format("{} cut: {}", robot::name(step.cut), step.trouble));
-      }
+Shown solve(const io::CaseRun& run, std::string& no_solution) {
+  io::RobotPositionCase c;
+  Shown shown;
+  shown.expanded =
+      io::Section::read(run, [&](io::Section& section) { io::bind_robot_position(section, c); });
+  const io::Implant implant = io::implant_of(c.implant);
+  warn_of_assumed(implant.name, implant.obtained, shown);
+  const robot::CutOptions cuts{c.options.distal_overhang, c.robot.tool_thickness};
+  const auto lines = robot::cut_lines(implant.profile, cuts);
+  robot::Vector2 axis;
+  robot::PerCut<robot::Branch> branches;
+  if (c.axis_x && c.axis_y) {
+    axis = {*c.axis_x, *c.axis_y};
+    branches = robot::gaps_at(c.robot, lines, axis, c.options.placement.branch).branches;
+  } else {
+    const robot::Placement placement = robot::place(c.robot, lines, c.options.placement);
+    if (!placement.feasible) throw NoSolution(placement.reason);
+    axis = placement.axis_position;
+    branches = placement.branches;
+  }
+  const double cover = c.bone_cover > 0.0 ? c.bone_cover : cuts.distal_overhang / std::sqrt(2.0);
+  const robot::BoneOutline bone = robot::generic_bone(implant.profile, cover);
+  const auto steps =
+      robot::plan_sequence(c.robot, implant.profile, cuts, bone, axis, branches, c.sequence);
+  shown.document = document_of(c, axis, steps);
+  shown.rows = rows_of(c, steps);
+  const std::string title =
+      fmt::format("{}, L1 {:g} mm, L2 {:g} mm, tool {:g} mm", implant.name, c.robot.link1 / mm,
+                  c.robot.link2 / mm, c.robot.tool_thickness / mm);
+  shown.figures = {{"poses", "The robot at each cut, in the order of cutting",
+                    [=](const std::filesystem::path& file) {
+                      io::draw_poses(implant.profile, cuts, bone, axis, steps, title, file);
+                    }}};
+  for (const robot::SequenceStep& step : steps) {
+    if (no_solution.empty() && !step.trouble.empty()) {
+      no_solution = fmt::format("{} cut: {}", robot::name(step.cut), step.trouble);
     }
   }
+  return shown;
 }
 
 }  // namespace
 
 void add_robot_position(CLI::App& program) {
-  auto arguments = std::make_shared<CaseArguments>();
-  CLI::App* command =
-      add_robot_command(program, "position", "joint targets of each cut and the way between them");
-  add_case_arguments(*command, *arguments);
-  command->callback([arguments] { run(*arguments); });
-}
-
-void bind_robot_position(io::Section& section) {
-  io::RobotPositionCase c;
-  io::bind_robot_position(section, c);
+  add_robot_command(program, "position", "joint targets of each cut and the way between them",
+                    solve);
 }
 
 }  // namespace osteomill::cli

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "osteomill/base/error.hpp"
-#include "osteomill/io/case_file.hpp"
 #include "osteomill/io/robot_case.hpp"
 #include "osteomill/io/robot_drawing.hpp"
 #include "robot.hpp"
@@ -70,48 +68,53 @@ std::vector<std::vector<std::string>> rows_of(const io::RobotSizeCase& c,
   return rows;
 }
 
-void run(const CaseArguments& arguments) {
-  for (const io::CaseRun& one : io::read_case(arguments.case_file, arguments.overrides)) {
-    io::RobotSizeCase c;
-    io::Section::read(one, [&](io::Section& section) { io::bind_robot_size(section, c); });
-    std::vector<robot::ImplantFamily> families;
-    for (const std::string& name : c.families) {
-      const io::Implant sample = io::implant_of({.family = name});
-      warn_of_assumed(name, sample.obtained);
-      families.push_back(io::implant_family(name));
+Shown solve(const io::CaseRun& run, std::string& no_solution) {
+  io::RobotSizeCase c;
+  Shown shown;
+  shown.expanded =
+      io::Section::read(run, [&](io::Section& section) { io::bind_robot_size(section, c); });
+  std::vector<robot::ImplantFamily> families;
+  std::string assumed;
+  for (const std::string& name : c.families) {
+    io::ImplantCase sample;
+    sample.family = name;
+    if (io::implant_of(sample).obtained == "assumed") {
+      assumed += (assumed.empty() ? "" : ", ") + name;
     }
-    const robot::SizeStudy study = robot::study_sizes(families, c.study, console_progress());
-    if (study.stopped) throw Interrupted{};
-    print_result(arguments, document_of(c, study), rows_of(c, study));
-    if (!study.best_largest.exists) {
-      throw NoSolution(
-          "no pair of link lengths serves every size of every family; widen "
-          "size.l1_mm and size.l2_mm");
-    }
-    if (arguments.directory.empty()) continue;
-    for (const char* suffix : {".svg", ".png"}) {
-      io::draw_size_study(study, study.largest, study.best_largest,
-                          "Largest gap over all families and sizes",
-                          arguments.directory / (std::string("largest_gap") + suffix));
-      io::draw_size_study(study, study.mean, study.best_mean,
-                          "Mean over the families of their largest gap",
-                          arguments.directory / (std::string("mean_gap") + suffix));
-    }
+    families.push_back(io::implant_family(name));
   }
+  if (!assumed.empty()) {
+    shown.warnings.push_back(fmt::format(
+        "implants {}: their dimensions are assumed, they stand for no product", assumed));
+  }
+  const robot::SizeStudy study = robot::study_sizes(families, c.study, console_progress());
+  if (study.stopped) throw Interrupted{};
+  shown.document = document_of(c, study);
+  shown.rows = rows_of(c, study);
+  if (!study.best_largest.exists) {
+    no_solution =
+        "no pair of link lengths serves every size of every family; widen size.l1_mm and "
+        "size.l2_mm";
+    return shown;
+  }
+  shown.figures = {
+      {"largest_gap", "Largest gap over all families and sizes, each at its best place",
+       [study](const std::filesystem::path& file) {
+         io::draw_size_study(study, study.largest, study.best_largest,
+                             "Largest gap over all families and sizes", file);
+       }},
+      {"mean_gap", "Mean over the families of their largest gap",
+       [study](const std::filesystem::path& file) {
+         io::draw_size_study(study, study.mean, study.best_mean,
+                             "Mean over the families of their largest gap", file);
+       }}};
+  return shown;
 }
 
 }  // namespace
 
 void add_robot_size(CLI::App& program) {
-  auto arguments = std::make_shared<CaseArguments>();
-  CLI::App* command = add_robot_command(program, "size", "link lengths over implants and sizes");
-  add_case_arguments(*command, *arguments);
-  command->callback([arguments] { run(*arguments); });
-}
-
-void bind_robot_size(io::Section& section) {
-  io::RobotSizeCase c;
-  io::bind_robot_size(section, c);
+  add_robot_command(program, "size", "link lengths over implants and sizes", solve);
 }
 
 }  // namespace osteomill::cli

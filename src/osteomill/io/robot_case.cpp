@@ -165,6 +165,19 @@ void bind_robot_place(Section& section, RobotPlaceCase& c) {
     table.number("error_radius_mm", c.error_radius, kMm, between(0.0, 100.0),
                  "also find the best place that may be off by this in any direction");
   });
+  section.table("errors", "of the robot's place, for the Monte Carlo", Need::optional,
+                [&](Section& table) {
+                  table.number("position_sd_mm", c.errors.position, kMm, between(0.0, 50.0),
+                               "of the first axis, each direction", Need::optional);
+                  table.number("varus_valgus_sd_deg", c.errors.varus_valgus, kDeg,
+                               between(0.0, 20.0), "tilt of the axis", Need::optional);
+                  table.number("internal_external_sd_deg", c.errors.internal_external, kDeg,
+                               between(0.0, 20.0), "tilt of the axis", Need::optional);
+                  table.number("half_width_mm", c.errors.half_width, kMm, between(0.0, 100.0),
+                               "of the bone to each side", Need::optional);
+                  table.integer("samples", c.errors.samples, between(10, 1e7), "of the Monte Carlo",
+                                Need::optional);
+                });
   section.table("map", "of the largest gap over the place, drawn with -o", Need::optional,
                 [&](Section& table) {
                   length_range(table, "x_mm", c.map_x_low, c.map_x_high, "distal [low, high]");
@@ -252,6 +265,21 @@ void bind_robot_position(Section& section, RobotPositionCase& c) {
     table.number("zero2_deg", c.zero2, kDeg, any(), "Hall reading where theta2 = 0",
                  Need::optional);
   });
+}
+
+void bind_robot_place_keys(Section& section) {
+  RobotPlaceCase c;
+  bind_robot_place(section, c);
+}
+
+void bind_robot_size_keys(Section& section) {
+  RobotSizeCase c;
+  bind_robot_size(section, c);
+}
+
+void bind_robot_position_keys(Section& section) {
+  RobotPositionCase c;
+  bind_robot_position(section, c);
 }
 
 }  // namespace osteomill::io

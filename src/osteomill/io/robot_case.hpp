@@ -8,6 +8,7 @@
 
 #include "osteomill/io/section.hpp"
 #include "osteomill/robot/cut_sequence.hpp"
+#include "osteomill/robot/placement_error.hpp"
 #include "osteomill/robot/size_study.hpp"
 
 /// The cases of `osteomill robot place | size | position`.
@@ -57,15 +58,18 @@ struct RobotPlaceCase {
   double map_y_low = -0.025;
   double map_y_high = 0.025;
   double map_step = 0.0005;
-  std::optional<double> error_radius;  ///< for the placement tolerance, m
+  std::optional<double> error_radius;  ///< to place for, m
+  robot::PlacementErrors errors;       ///< of the Monte Carlo
 };
 void bind_robot_place(Section& section, RobotPlaceCase& c);
+void bind_robot_place_keys(Section& section);
 
 struct RobotSizeCase {
   std::vector<std::string> families;
   robot::SizeStudyOptions study;
 };
 void bind_robot_size(Section& section, RobotSizeCase& c);
+void bind_robot_size_keys(Section& section);
 
 struct RobotPositionCase {
   ImplantCase implant;
@@ -85,5 +89,6 @@ struct RobotPositionCase {
   double zero2 = 0.0;
 };
 void bind_robot_position(Section& section, RobotPositionCase& c);
+void bind_robot_position_keys(Section& section);
 
 }  // namespace osteomill::io

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "osteomill/base/units.hpp"
 #include "osteomill/geometry/pose.hpp"
 
 namespace osteomill::robot {
@@ -20,9 +21,9 @@ struct TibialGuide {
   geometry::Vector3 varus_axis_B = geometry::Vector3::UnitY();  ///< as it stands at zero flexion
   geometry::Vector3 normal_B = geometry::Vector3::UnitZ();
   geometry::Vector3 centre_B = geometry::Vector3::Zero();
-  double height = 0.0;             ///< of the plane above the centre, along the normal, m
-  double slide_range = 0.020;      ///< total, m; "~20 mm"
-  double angle_range = 0.6108652;  ///< total, rad; "35°"
+  double height = 0.0;                     ///< of the plane above the centre, along the normal, m
+  double slide_range = 0.020;              ///< total, m; "~20 mm"
+  double angle_range = 35.0 * units::deg;  ///< total, rad; "35°"
 };
 
 struct TibialJoints {
