@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace osteomill::thermal {
+
+inline constexpr double kZeroCelsius = 273.15;  ///< K
+
+/// Rate of thermal dose: equivalent minutes at 43 °C a minute, R^(43 - T), R = 0.5 from 43 °C up
+/// and 0.25 below; [sapareto1984]. Nothing at body temperature and below.
+double cem43_rate(double temperature);
+
+/// Dose of a constant temperature, in equivalent minutes at 43 °C; times in s.
+inline double cem43_minutes(double temperature, double time) {
+  return cem43_rate(temperature) * time / 60.0;
+}
+
+/// Dose at which bone counts as damaged, equivalent minutes: that of 47 °C for one minute, the
+/// limit of [eriksson1983]. 50 °C for 30 s is four times as much.
+inline constexpr double kBoneDamageCem43 = 16.0;
+
+}  // namespace osteomill::thermal
