@@ -61,16 +61,18 @@ TEST(SimulatePicture, APathThatSpreadsIsSeenThroughTheWholeBone) {
             surfaces.after[0].triangles.size());
 }
 
-TEST(SimulatePicture, TheSceneIsThatOfTheStockThatTheRunsShare) {
+TEST(SimulatePicture, RunsOfOneStockShareItInTheSceneAndOthersBringTheirOwn) {
   std::vector<SimulatedRun> runs = {run(0.0), run(0.0)};
   ReportData data;
   data.runs.resize(2);
+  data.scene.emplace();
   add_scene(data, runs, surfaces_of(runs));
-  EXPECT_FALSE(data.scene);
-  runs[1].before = runs[0].before;
-  add_scene(data, runs, surfaces_of(runs));
-  ASSERT_TRUE(data.scene);
   EXPECT_FALSE(data.scene->before.triangles.empty());
+  EXPECT_FALSE(data.runs[1].before.triangles.empty());
+  runs[1].before = runs[0].before;
+  data.runs = std::vector<ReportRun>(2);
+  add_scene(data, runs, surfaces_of(runs));
+  EXPECT_TRUE(data.runs[1].before.triangles.empty());
   EXPECT_FALSE(data.runs[1].after.triangles.empty());
 }
 
