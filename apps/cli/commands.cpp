@@ -26,6 +26,7 @@ void add_schema(CLI::App& program);
 void add_stability(CLI::App& program);
 void add_simulate(CLI::App& program);
 void add_study(CLI::App& program);
+void add_study_plan(CLI::App& program);
 
 const std::vector<Command>& commands() {
   static const std::vector<Command> list = {
@@ -44,6 +45,7 @@ const std::vector<Command>& commands() {
       {"schema", add_schema, {}},
       {"stability", add_stability, io::bind_stability},
       {"study", add_study, io::bind_study},
+      {"study plan", add_study_plan, io::bind_study_plan},
       {"simulate", add_simulate, io::bind_simulate_keys},
   };
   return list;

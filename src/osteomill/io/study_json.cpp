@@ -51,8 +51,12 @@ Json variability_json(const VariabilityRecord& v) {
   return json;
 }
 
-Json outside_json(const OutsideShare& share) {
-  return {{"estimate", share.estimate}, {"ci", pair(share.interval)}};
+Json forecast_json(const Forecast& f) {
+  return {{"mean_deg", f.mean},
+          {"sd_deg", f.sd},
+          {"tolerance_deg", pair(f.tolerance)},
+          {"share_outside", f.outside.estimate},
+          {"share_outside_ci", pair(f.outside.interval)}};
 }
 
 Json design_json(const Design& d) {
@@ -116,16 +120,12 @@ Json study_document(const StudyReport& r) {
   for (const VariabilityRecord& v : r.variability) variability.push_back(variability_json(v));
   auto& forecasts = json["forecasts"] = Json::array();
   for (const ForecastRecord& f : r.forecasts) {
-    const auto key = [&](const char* name) { return with_unit(name, f.response); };
     forecasts.push_back({{"response", f.response},
                          {"factor", f.factor},
                          {"group", f.group},
-                         {key("mean"), f.mean},
-                         {key("total_sd"), f.total_sd},
-                         {"degrees_of_freedom", f.degrees_of_freedom},
-                         {key("tolerance"), pair(f.tolerance)},
-                         {"share_outside_one_cut", outside_json(f.one_cut)},
-                         {"share_outside_alignment", outside_json(f.alignment)}});
+                         {"operators", f.population.operators},
+                         {"one_cut", forecast_json(f.one_cut)},
+                         {"alignment", forecast_json(f.alignment)}});
   }
   auto& regressions = json["regressions"] = Json::array();
   for (const RegressionRecord& g : r.regressions) {

@@ -9,6 +9,7 @@
 
 #include "osteomill/base/progress.hpp"
 #include "osteomill/study/anova.hpp"
+#include "osteomill/study/forecast.hpp"
 #include "osteomill/study/intervals.hpp"
 #include "osteomill/study/mixed_model.hpp"
 #include "osteomill/study/table.hpp"
@@ -93,12 +94,9 @@ struct ForecastRecord {
   std::string response;
   std::string factor;
   std::string group;
-  double mean = 0.0;
-  double total_sd = 0.0;
-  double degrees_of_freedom = 0.0;
-  Interval tolerance;
-  OutsideShare one_cut;
-  OutsideShare alignment;  ///< of several cuts: means add, SDs by the root
+  Population population;
+  Forecast one_cut;
+  Forecast alignment;  ///< of several cuts: means add, SDs by the root
 };
 
 struct RegressionRecord {
@@ -114,6 +112,7 @@ struct RegressionRecord {
   double r_squared = 0.0;
   std::optional<Interval> r_squared_interval;
   double p = 1.0;
+  std::vector<double> x, y;  ///< the points
 };
 
 struct ContributionRecord {

@@ -205,34 +205,15 @@ void report_forecasts(const Slice& slice, StudyReport& report) {
       const Slice part = subset(slice, rows_at(factor, static_cast<int>(k)));
       const std::vector<double> y(part.y.begin(), part.y.end());
       if (!can_test(y) || y.size() < 4) continue;
-      const Moments plain = moments(y);
-      double mean = plain.mean, sd = plain.sd, n = plain.count, df = plain.degrees_of_freedom;
-      if (part.subject && part.subject->levels.size() >= 2 &&
-          part.subject->levels.size() < y.size()) {
-        // The population of operators, not these few: mean and variance with operators at random.
-        const MixedModel fit =
-            fit_mixed_model({part.y, Eigen::MatrixXd::Ones(part.y.size(), 1), {*part.subject}},
-                            {.intervals = false});
-        mean = fit.beta(0);
-        sd = fit.total_sd;
-        n = sd * sd / fit.beta_covariance(0, 0);
-        df = fit.total_degrees_of_freedom;
-      }
-      const double factor_k = tolerance_factor(n, df, design.tolerance_content, design.confidence);
-      const double cuts = design.cuts_per_alignment;
-      report.forecasts.push_back(
-          {.response = slice.response,
-           .factor = factor.name,
-           .group = factor.levels[k],
-           .mean = mean,
-           .total_sd = sd,
-           .degrees_of_freedom = df,
-           .tolerance = {mean - factor_k * sd, mean + factor_k * sd},
-           .one_cut =
-               share_outside(mean, sd, n, df, design.limit_deg, design.confidence, design.seed),
-           // The sum of c cuts has c times the mean; its error of the mean grows alike.
-           .alignment = share_outside(cuts * mean, std::sqrt(cuts) * sd, n / cuts, df,
-                                      design.limit_deg, design.confidence, design.seed)});
+      const Population population =
+          part.subject ? estimate_population(y, part.subject->level) : estimate_population(y, {});
+      const ForecastOptions options{.limit = design.limit_deg,
+                                    .content = design.tolerance_content,
+                                    .confidence = design.confidence,
+                                    .seed = design.seed};
+      report.forecasts.push_back({slice.response, factor.name, factor.levels[k], population,
+                                  forecast(population, 1, options),
+                                  forecast(population, design.cuts_per_alignment, options)});
     }
   }
 }
@@ -297,7 +278,9 @@ void report_regressions(const Slice& slice, StudyReport& report) {
                            .intercept_interval = {},
                            .r_squared = std::min(1.0, sxy * sxy / (sxx * syy)),
                            .r_squared_interval = {},
-                           .p = 0.0};
+                           .p = 0.0,
+                           .x = {covariate.value.begin(), covariate.value.end()},
+                           .y = {part.y.begin(), part.y.end()}};
         const double variance = (y - r.slope * x).squaredNorm() / (n - 2.0);
         const double t = numerics::student_t_quantile(0.5 + 0.5 * confidence, n - 2.0);
         const double slope_error = std::sqrt(variance / sxx);

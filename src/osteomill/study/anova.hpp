@@ -34,7 +34,9 @@ struct AnovaRow {
 };
 
 /// Mauchly's test that the differences between the levels of a within-subject term have one
-/// variance. chi2 approximation with the second-order term of Anderson (2003), as R's mauchly.test.
+/// variance. chi2 approximation with the second-order term of Anderson 2003, 10.7.4. (R 4.2's
+/// mauchly.test has the number of columns in one place where that of the contrasts belongs: p off
+/// by 0.1 %.)
 struct Sphericity {
   std::string term;
   bool tested = false;  ///< false: too few subjects for the determinant

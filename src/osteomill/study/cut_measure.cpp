@@ -29,10 +29,15 @@ Eigen::Matrix3d guide_frame(const Vector3& outward_B, const Vector3& entry_B) {
   return R_BG;
 }
 
+CutSide side_of(CutKind kind, bool right_knee) {
+  const bool left_is_y = kind == CutKind::kProximalTibia || kind == CutKind::kAnteriorFemur;
+  return {left_is_y == right_knee};  // medial of a right knee is the patient's left
+}
+
 CutError cut_error(const Eigen::Matrix3d& R_BG, const Vector3& normal_B, CutSide side,
                    RotationOrder order) {
   Vector3 n = (R_BG.transpose() * normal_B).normalized();
-  if (!n.allFinite()) {
+  if (!(n.norm() > 0.5)) {
     throw InvalidInput(Fault{"cut normal", "zero or not finite", "must be a direction", ""});
   }
   if (n.z() < 0.0) n = -n;

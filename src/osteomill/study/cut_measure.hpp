@@ -43,6 +43,12 @@ struct CutSide {
   bool medial_is_y = true;
 };
 
+enum class CutKind { kProximalTibia, kDistalFemur, kAnteriorFemur, kPosteriorFemur };
+
+/// From x = entry (anterior for the first two, distal for the others), z = out of the remaining
+/// bone and y = z cross x.
+CutSide side_of(CutKind kind, bool right_knee);
+
 /// The rotations alpha about x and beta about y with n = R n_z:
 ///   x then y: n = (cos a sin b, -sin a, cos a cos b);  y then x: n = (sin b, -sin a cos b, cos a
 ///   cos b).

@@ -233,8 +233,13 @@ std::vector<double> bootstrap_anova_p(const RepeatedMeasures& data, const Anova&
     for (Eigen::Index i = 0; i < data.y.rows(); ++i) {
       sample.y.row(i) = anova.residuals.row(static_cast<Eigen::Index>(random.uniform() * subjects));
     }
-    const Anova drawn = analyse_variance(sample, type);
-    for (size_t r = 0; r < reached.size(); ++r) reached[r] += drawn.rows[r].f >= anova.rows[r].f;
+    try {
+      const Anova drawn = analyse_variance(sample, type);
+      for (size_t r = 0; r < reached.size(); ++r) reached[r] += drawn.rows[r].f >= anova.rows[r].f;
+    } catch (const InvalidInput&) {
+      // One subject drawn throughout leaves no error to divide by: F is without bound.
+      for (double& count : reached) count += 1.0;
+    }
   }
   for (double& share : reached) share /= draws + 1.0;
   return reached;

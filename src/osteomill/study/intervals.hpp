@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -46,19 +45,13 @@ Interval r_squared_interval(double r, int n, double confidence = 0.95);
 /// of one, [plaskos2002] 2.4.
 double combined_sd(double sd, int cuts = 2);
 
+/// Half-width r with Phi(offset + r) - Phi(offset - r) = content.
+double content_half_width(double offset, double content);
+
 /// Two-sided factor k: mean +- k sd holds a share `content` of the population with the confidence.
 /// Exact (Wald and Wolfowitz): n sets how well the mean is known, degrees_of_freedom the SD.
 /// n need not be whole.
 double tolerance_factor(double n, double degrees_of_freedom, double content, double confidence);
-
-/// What a normal sample says of the share of the population outside +- limit.
-struct OutsideShare {
-  double estimate = 0.0;  ///< of the normal distribution with the sample's mean and SD
-  Interval interval;      ///< generalised confidence interval (Weerahandi), seeded
-};
-OutsideShare share_outside(double mean, double sd, double n, double degrees_of_freedom,
-                           double limit, double confidence = 0.95, std::uint64_t seed = 1,
-                           int draws = 4000);
 
 /// Test of a difference. For t the estimate is the difference of means and the interval is its;
 /// for F the estimate is the ratio of variances.

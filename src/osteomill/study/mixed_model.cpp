@@ -122,6 +122,9 @@ struct Minimum {
 
 using Objective = std::function<double(const std::vector<double>&)>;
 
+/// A criterion this close to the least is the least: rounding, and no likelihood ratio sees it.
+constexpr double kFlat = 1e-9;
+
 /// Least value over low <= x <= high: Brent in one dimension, BOBYQA in more.
 Minimum minimise(const Objective& f, std::vector<double> start, double low, double high) {
   Minimum m;
@@ -137,7 +140,8 @@ Minimum minimise(const Objective& f, std::vector<double> start, double low, doub
     const auto [x, value] = boost::math::tools::brent_find_minima(
         g, low, std::min(high, 4.0 * start[0] + 1.0), 26, iterations);
     m = {{x}, value, static_cast<int>(iterations), iterations < 200};
-    if (const double edge = g(low); edge <= m.value) m = {{low}, edge, m.evaluations + 1, true};
+    if (const double edge = g(low); edge <= m.value + kFlat)
+      m = {{low}, edge, m.evaluations + 1, true};
     return m;
   }
   struct Counted {
@@ -171,7 +175,7 @@ Minimum minimise(const Objective& f, std::vector<double> start, double low, doub
   for (double& x : m.at) {
     const double kept = x;
     x = low;
-    if (const double edge = f(m.at); edge <= m.value) {
+    if (const double edge = f(m.at); edge <= m.value + kFlat) {
       m.value = edge;
     } else {
       x = kept;
