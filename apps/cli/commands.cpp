@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command.hpp"
+#include "osteomill/io/accuracy_case.hpp"
 #include "osteomill/io/force_case.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
 #include "osteomill/io/robot_case.hpp"
@@ -11,9 +12,11 @@
 namespace osteomill::cli {
 
 void add_catalogue(CLI::App& program);
+void add_deflect(CLI::App& program);
 void add_force(CLI::App& program);
 void add_modes(CLI::App& program);
 void add_reproduce(CLI::App& program);
+void add_optimise(CLI::App& program);
 void add_respond(CLI::App& program);
 void add_robot_calibrate(CLI::App& program);
 void add_robot_place(CLI::App& program);
@@ -31,9 +34,11 @@ void add_study_plan(CLI::App& program);
 const std::vector<Command>& commands() {
   static const std::vector<Command> list = {
       {"catalogue", add_catalogue, {}},
+      {"deflect", add_deflect, io::bind_deflect},
       {"force", add_force, io::bind_force},
       {"modes", add_modes, io::bind_modes},
       {"reproduce", add_reproduce, {}},
+      {"optimise", add_optimise, io::bind_optimise},
       {"respond", add_respond, io::bind_respond},
       {"robot calibrate", add_robot_calibrate, io::bind_robot_calibrate_keys},
       {"robot place", add_robot_place, io::bind_robot_place_keys},

@@ -335,7 +335,10 @@ std::vector<ParetoPoint> pareto_front(const ChoiceProblem& problem,
     const bool beaten = std::any_of(front.begin(), front.end(), [&](const ParetoPoint& q) {
       return q.time <= p.time && q.error <= p.error && (q.time < p.time || q.error < p.error);
     });
-    if (!beaten) kept.push_back(p);
+    const bool there = std::any_of(kept.begin(), kept.end(), [&](const ParetoPoint& q) {
+      return std::abs(q.time - p.time) < 1e-6 * p.time && q.error == p.error;
+    });
+    if (!beaten && !there) kept.push_back(p);
   }
   std::sort(kept.begin(), kept.end(),
             [](const ParetoPoint& a, const ParetoPoint& b) { return a.time < b.time; });

@@ -40,62 +40,6 @@ void bind_options(Section& section, ModesCase& one) {
   });
 }
 
-void bind_structure(Section& section, StructureCase& structure) {
-  Beam beam;
-  std::vector<Mode> modes;
-  double damping = 0.02;
-  int beam_modes = 2;
-  section.table("structure", "what vibrates", Need::required, [&](Section& s) {
-    s.tables("modes", "modes at the tip, one by one", Need::optional, [&](Section& m, std::size_t) {
-      Mode mode;
-      enum class Axis { x, y };
-      Axis axis = Axis::x;
-      m.choice<Axis>("direction", axis, {{"x", Axis::x}, {"y", Axis::y}},
-                     "x along the feed, y normal to it");
-      std::optional<double> angle;
-      m.number("direction_deg", angle, kDeg, between(-360.0, 360.0),
-               "from the feed towards +y, in place of direction's right angles");
-      const double turned = angle.value_or(axis == Axis::y ? 90.0 * units::deg : 0.0);
-      mode.direction_x = !angle && axis == Axis::y ? 0.0 : std::cos(turned);
-      mode.direction_y = !angle && axis == Axis::x ? 0.0 : std::sin(turned);
-      m.number("frequency_hz", mode.frequency_hz, {1.0, "Hz"}, positive(),
-               "undamped natural frequency");
-      m.number("damping_ratio", mode.damping_ratio, {}, between(1e-6, 0.99),
-               "damping over critical damping");
-      std::optional<double> mass, stiffness;
-      m.number("modal_mass_kg", mass, {1.0, "kg"}, positive(), "modal mass at the tip");
-      m.number("stiffness_n_per_mm", stiffness, kNPerMm, positive(),
-               "modal stiffness at the tip, in place of the mass");
-      m.exactly_one_of({"modal_mass_kg", "stiffness_n_per_mm"});
-      const double omega = 2.0 * std::numbers::pi * mode.frequency_hz;
-      mode.modal_mass = mass.value_or(stiffness.value_or(0.0) / (omega * omega));
-      modes.push_back(mode);
-    });
-    s.number("damping_ratio", damping, {}, between(1e-6, 0.99),
-             "of every mode of the [beam]; assumed unless measured", Need::optional);
-    s.integer("beam_modes", beam_modes, between(1, 12), "modes of the [beam] to take",
-              Need::optional);
-  });
-  const bool has_beam = section.has("beam");
-  if (section.when(has_beam)) bind_beam(section, beam);
-  if (has_beam && !modes.empty()) {
-    section.fault("structure", "has modes of its own beside a [beam]", "keep one of the two");
-  } else if (!has_beam && modes.empty()) {
-    section.fault("structure", "has no modes",
-                  "list them in structure.modes or describe the tool in [beam]");
-  } else if (has_beam && !beam.segments.empty()) {
-    const BeamModel model(beam, {});
-    for (const bool y : {false, true}) {
-      const auto in_one =
-          tip_modes(model, length(beam), beam_modes, damping, y ? 0.0 : 1.0, y ? 1.0 : 0.0);
-      modes.insert(modes.end(), in_one.begin(), in_one.end());
-    }
-    structure.caveats.push_back(fmt::format(
-        "the damping ratio {:g} of the beam's modes is assumed unless it was measured", damping));
-  }
-  structure.modes = modes;
-}
-
 /// Speeds as a list or as a range.
 void bind_speeds(Section& s, std::vector<double>& speeds) {
   std::vector<double> range;
@@ -256,6 +200,62 @@ void bind_beam(Section& section, Beam& beam) {
           beam.supports.push_back(support);
         });
       });
+}
+
+void bind_structure(Section& section, StructureCase& structure) {
+  Beam beam;
+  std::vector<Mode> modes;
+  double damping = 0.02;
+  int beam_modes = 2;
+  section.table("structure", "what vibrates", Need::required, [&](Section& s) {
+    s.tables("modes", "modes at the tip, one by one", Need::optional, [&](Section& m, std::size_t) {
+      Mode mode;
+      enum class Axis { x, y };
+      Axis axis = Axis::x;
+      m.choice<Axis>("direction", axis, {{"x", Axis::x}, {"y", Axis::y}},
+                     "x along the feed, y normal to it");
+      std::optional<double> angle;
+      m.number("direction_deg", angle, kDeg, between(-360.0, 360.0),
+               "from the feed towards +y, in place of direction's right angles");
+      const double turned = angle.value_or(axis == Axis::y ? 90.0 * units::deg : 0.0);
+      mode.direction_x = !angle && axis == Axis::y ? 0.0 : std::cos(turned);
+      mode.direction_y = !angle && axis == Axis::x ? 0.0 : std::sin(turned);
+      m.number("frequency_hz", mode.frequency_hz, {1.0, "Hz"}, positive(),
+               "undamped natural frequency");
+      m.number("damping_ratio", mode.damping_ratio, {}, between(1e-6, 0.99),
+               "damping over critical damping");
+      std::optional<double> mass, stiffness;
+      m.number("modal_mass_kg", mass, {1.0, "kg"}, positive(), "modal mass at the tip");
+      m.number("stiffness_n_per_mm", stiffness, kNPerMm, positive(),
+               "modal stiffness at the tip, in place of the mass");
+      m.exactly_one_of({"modal_mass_kg", "stiffness_n_per_mm"});
+      const double omega = 2.0 * std::numbers::pi * mode.frequency_hz;
+      mode.modal_mass = mass.value_or(stiffness.value_or(0.0) / (omega * omega));
+      modes.push_back(mode);
+    });
+    s.number("damping_ratio", damping, {}, between(1e-6, 0.99),
+             "of every mode of the [beam]; assumed unless measured", Need::optional);
+    s.integer("beam_modes", beam_modes, between(1, 12), "modes of the [beam] to take",
+              Need::optional);
+  });
+  const bool has_beam = section.has("beam");
+  if (section.when(has_beam)) bind_beam(section, beam);
+  if (has_beam && !modes.empty()) {
+    section.fault("structure", "has modes of its own beside a [beam]", "keep one of the two");
+  } else if (!has_beam && modes.empty()) {
+    section.fault("structure", "has no modes",
+                  "list them in structure.modes or describe the tool in [beam]");
+  } else if (has_beam && !beam.segments.empty()) {
+    const BeamModel model(beam, {});
+    for (const bool y : {false, true}) {
+      const auto in_one =
+          tip_modes(model, length(beam), beam_modes, damping, y ? 0.0 : 1.0, y ? 1.0 : 0.0);
+      modes.insert(modes.end(), in_one.begin(), in_one.end());
+    }
+    structure.caveats.push_back(fmt::format(
+        "the damping ratio {:g} of the beam's modes is assumed unless it was measured", damping));
+  }
+  structure.modes = modes;
 }
 
 void bind_modes(Section& section) {

@@ -39,6 +39,7 @@ struct StructureCase {
   std::vector<vibration::Mode> modes;
   std::vector<std::string> caveats;  ///< what of it is assumed
 };
+void bind_structure(Section& section, StructureCase& structure);
 
 /// `osteomill stability`: the structure and either constant coefficients or a cutter in a bone.
 struct StabilityCase {
