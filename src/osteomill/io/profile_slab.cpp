@@ -22,8 +22,8 @@ constexpr double kPerNewtonMms = 1e-3;  // N/(m/s) to N/(mm/s)
 
 Stock slab_of(const simulate::LineProfile& profile) {
   const double depth = profile.lines * profile.axial_depth + kBelowLines;
-  const Vector3 lower(0.0, -kThickness, -depth);
-  const Vector3 upper(profile.line_length, 0.0, 0.0);
+  const Vector3 lower(0.0, 0.0, -depth);
+  const Vector3 upper(profile.line_length, kThickness, 0.0);
   const Vector3 margin = Vector3::Constant(2.0 * kSpacing);
   const auto bone = [&](const Vector3& p) {
     const double line = std::floor(-p.z() / profile.axial_depth);

@@ -11,8 +11,8 @@
 namespace osteomill::io {
 
 /// A line profile has no shape of its own; for the eye it is a slab of its lines, each as deep as
-/// the axial depth: the wall is y = 0, line i lies between z = -i a_p and -(i + 1) a_p. In place of
-/// a density its voxels hold the cutting gain, N/(mm/s).
+/// the axial depth: the wall is y = 0 with the bone behind it at y > 0, line i lies between z = -i
+/// a_p and -(i + 1) a_p. In place of a density its voxels hold the cutting gain, N/(mm/s).
 workpiece::Stock slab_of(const simulate::LineProfile& profile);
 
 /// Mills the slab as far as the steps came.

@@ -17,7 +17,7 @@
 namespace osteomill::io {
 namespace {
 
-const geometry::Vector3 kTowardsWall(0.3, 1.0, 0.45);  // of a profile's slab, from the eye's side
+const geometry::Vector3 kTowardsWall(-0.3, -1.0, 0.45);  // of a profile's slab, from the eye's side
 
 bool profiled(const SimulatedRun& run) { return run.input.stock.kind == StockKind::line_profile; }
 

@@ -156,7 +156,7 @@ Place LineProfileWorkpiece::at(double position) const {
   // A picometre further, so that the rounded end of a line belongs to the next one.
   place.line = std::clamp(static_cast<int>((position + 1e-12) / pitch()), 0, profile_.lines - 1);
   const double x = position - place.line * pitch() - lead_ - profile_.lead_in;
-  place.tip_W = geometry::Vector3(x, profile_.cutter_radius - profile_.radial_depth,
+  place.tip_W = geometry::Vector3(x, profile_.radial_depth - profile_.cutter_radius,
                                   -(place.line + 1) * profile_.axial_depth);
   place.direction_W = geometry::Vector3::UnitX();
   place.programmed_feed = profile_.programmed_feed;

@@ -59,7 +59,8 @@ double smeared_gain(const LineProfile& profile, int line, double x);
 /// F(t) = smeared K(x) v(t) w(t), w a ripple of mean 1 and largest value rho at the tooth
 /// frequency, along -x. x runs from -lead - lead_in to line_length + lead_out on every line; a line
 /// ends with the control period in which it is done, the next one starts with the next period.
-/// In W the wall is y = 0, the axis runs at y = R - a_e, and each line is a_p below the last.
+/// In W the wall is y = 0, the axis runs before it at y = a_e - R, and each line is a_p below the
+/// last.
 class LineProfileWorkpiece final : public Workpiece {
  public:
   explicit LineProfileWorkpiece(LineProfile profile);
