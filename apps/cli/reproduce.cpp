@@ -21,6 +21,7 @@ struct Source {
 
 const std::vector<Source>& sources() {
   static const std::vector<Source> list = {{"plaskos2002", reproduce_plaskos2002},
+                                           {"plaskos2002", reproduce_cutting_study},
                                            {"plaskos2006", reproduce_plaskos2006},
                                            {"tian2023", reproduce_tian2023}};
   return list;
@@ -31,7 +32,9 @@ void run(const Arguments& arguments) {
   std::string known;
   bool found = arguments.source.empty();
   for (const Source& source : sources()) {
-    known += (known.empty() ? "" : ", ") + std::string(source.name);
+    if (known.find(source.name) == std::string::npos) {
+      known += (known.empty() ? "" : ", ") + std::string(source.name);
+    }
     if (!arguments.source.empty() && arguments.source != source.name) continue;
     found = true;
     source.add(list);

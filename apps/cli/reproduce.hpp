@@ -30,4 +30,7 @@ void reproduce_plaskos2006(std::vector<Reproduced>& list);
 void reproduce_plaskos2002(std::vector<Reproduced>& list);
 void reproduce_tian2023(std::vector<Reproduced>& list);
 
+/// The cutting studies of [plaskos2002] chapters 2 and 3.
+void reproduce_cutting_study(std::vector<Reproduced>& list);
+
 }  // namespace osteomill::cli

@@ -140,8 +140,9 @@ void draw_boxes(const StudyReport& report, const std::string& response, const st
     parts.push_back(fmt::format("${} using 1:5:(0):($6-$5) with vectors nohead lw 1 lc rgb '{}'",
                                 name, colour));
     parts.push_back(fmt::format(
-        "${} using 1:2:($1-$7):($1+$7):3:4 with boxxyerror fs solid 0.35 border lc rgb '{}'{}",
-        name, colour, kinds[k].empty() ? "" : " title " + gnuplot::quoted(kinds[k])));
+        "${} using 1:2:($1-$7):($1+$7):3:4 with boxxyerror fc rgb '{}' fs solid 0.35 border lc rgb "
+        "'{}'{}",
+        name, colour, colour, kinds[k].empty() ? "" : " title " + gnuplot::quoted(kinds[k])));
     parts.push_back(fmt::format(
         "${} using ($1-$7):2:(2*$7):(0) with vectors nohead lw 3 lc rgb '{}'", name, colour));
   }

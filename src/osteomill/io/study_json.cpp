@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/io/study_json.hpp"
 
+#include <fmt/format.h>
+
 namespace osteomill::io {
 namespace {
 
@@ -36,18 +38,23 @@ Json test_json(const TestRecord& test) {
   return json;
 }
 
-Json variability_json(const VariabilityRecord& v) {
-  const auto key = [&](const char* name) { return with_unit(name, v.response); };
+/// "ci95": the key says the confidence.
+std::string interval_key(const Design& design) {
+  return fmt::format("ci{:g}", 100.0 * design.confidence);
+}
+
+Json variability_json(const VariabilityRecord& v, const std::string& ci) {
+  const auto key = [&](const std::string& name) { return with_unit(name, v.response); };
   Json json = {{"response", v.response},
                {"factor", v.factor},
                {"group", v.group},
                {"count", v.count},
                {key("sd"), v.sd},
-               {key("ci95"), pair(v.interval)},
+               {key(ci), pair(v.interval)},
                {"degrees_of_freedom", v.degrees_of_freedom},
                {key("alignment_sd"), v.combined_sd},
-               {key("alignment_ci95"), pair(v.combined_interval)}};
-  json[key("bootstrap_ci95")] = or_null(v.bootstrap_interval);
+               {key("alignment_" + ci), pair(v.combined_interval)}};
+  json[key("bootstrap_" + ci)] = or_null(v.bootstrap_interval);
   return json;
 }
 
@@ -89,6 +96,7 @@ Json findings_json(const std::vector<Finding>& findings) {
 }  // namespace
 
 Json study_document(const StudyReport& r) {
+  const std::string ci = interval_key(r.design);
   Json json;
   json["rows"] = r.rows;
   json["design"] = design_json(r.design);
@@ -117,7 +125,7 @@ Json study_document(const StudyReport& r) {
                       {key("range"), {g.low, g.high}}});
   }
   auto& variability = json["variability"] = Json::array();
-  for (const VariabilityRecord& v : r.variability) variability.push_back(variability_json(v));
+  for (const VariabilityRecord& v : r.variability) variability.push_back(variability_json(v, ci));
   auto& forecasts = json["forecasts"] = Json::array();
   for (const ForecastRecord& f : r.forecasts) {
     forecasts.push_back({{"response", f.response},
@@ -135,11 +143,11 @@ Json study_document(const StudyReport& r) {
                            {"group", g.group},
                            {"count", g.count},
                            {"slope", g.slope},
-                           {"slope_ci95", pair(g.slope_interval)},
+                           {"slope_" + ci, pair(g.slope_interval)},
                            {"intercept", g.intercept},
-                           {"intercept_ci95", pair(g.intercept_interval)},
+                           {"intercept_" + ci, pair(g.intercept_interval)},
                            {"r_squared", g.r_squared},
-                           {"r_squared_ci95", or_null(g.r_squared_interval)},
+                           {"r_squared_" + ci, or_null(g.r_squared_interval)},
                            {"p", g.p}});
   }
   auto& components = json["variance_components"] = Json::array();
@@ -147,7 +155,7 @@ Json study_document(const StudyReport& r) {
     components.push_back({{"response", c.response},
                           {"source", c.component.name},
                           {with_unit("sd", c.response), c.component.sd},
-                          {with_unit("ci95", c.response), pair(c.component.sd_interval)},
+                          {with_unit(ci, c.response), pair(c.component.sd_interval)},
                           {"share", c.component.share},
                           {"at_zero", c.component.at_zero}});
   }
@@ -165,7 +173,7 @@ Json study_document(const StudyReport& r) {
                         {"count", a.adjusted.count},
                         {"mean", a.adjusted.mean},
                         {"standard_error", a.adjusted.standard_error},
-                        {"ci95", pair(a.adjusted.interval)}});
+                        {ci, pair(a.adjusted.interval)}});
   }
   return json;
 }

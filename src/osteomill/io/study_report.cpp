@@ -234,7 +234,7 @@ std::vector<std::string> study_sentences(const StudyReport& report) {
     for (const TestRecord& t : report.tests) {
       if (t.response != response || t.estimate || t.statistic_name != "F" ||
           t.name == "ANCOVA, equal slopes" || t.p >= report.design.alpha ||
-          t.name.starts_with("mixed model")) {
+          t.name.starts_with("mixed") || t.term.starts_with("guide_movement_")) {
         continue;
       }
       sentences.push_back(fmt::format("{}: the mean depends on {} ({}, F = {:.2f}, {}).",
@@ -250,6 +250,9 @@ ReportData study_page(const StudyReport& report, const std::string& name) {
   page.title = "Cutting-error study: " + name;
   page.subtitle = fmt::format("{} rows; subject: {}", report.rows, report.design.subject);
   page.headline = study_sentences(report);
+  // The errors come first; what does not fit above the fold stands in the tables.
+  constexpr size_t kMostSentences = 8;
+  if (page.headline.size() > kMostSentences) page.headline.resize(kMostSentences);
   for (const std::string& response : report.design.responses) {
     const VariabilityRecord* all = variability_of(report, response, "all");
     if (!all || page.highlights.size() >= 4) continue;
