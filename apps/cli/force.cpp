@@ -45,6 +45,10 @@ Json document_of(const cutting::Prediction& cut) {
   for (std::size_t k = 0; k < cut.harmonics.size(); ++k) {
     orders.push_back({{"order", k + 1}, {"amplitude_n", xyz(cut.harmonics[k])}});
   }
+  Json& flutes = document["flutes"] = Json::array();
+  for (const geometry::Vector3& mean : cut.flute_means) {
+    flutes.push_back({{"mean_force_n", xyz(mean)}});
+  }
   Json& turn = document["revolution"];
   turn["angle_deg"] = Json::array();
   turn["force_n"] = {{"x", Json::array()}, {"y", Json::array()}, {"z", Json::array()}};

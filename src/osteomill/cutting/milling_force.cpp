@@ -130,13 +130,13 @@ Vector3 edge_force(const CuttingLaw& law, const Condition& condition, double the
                     motion(theta), outward_normal(theta, point.kappa), point);
 }
 
-Load mean_load(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
-               const Immersion& immersion) {
+std::vector<Load> flute_means(const Cutter& cutter, const CuttingLaw& law,
+                              const Condition& condition, const Immersion& immersion) {
   const Flutes flutes(cutter);
+  // Equal flutes are worked out once.
   const int different = flutes.equal() ? 1 : flutes.count();
-  const double share = flutes.count() / (kTurn * different);
-  EdgeSum sum(law, condition.fibre_T);
-  Load mean;
+  std::vector<EdgeSum> sums(static_cast<std::size_t>(different), {law, condition.fibre_T});
+  std::vector<Load> means(static_cast<std::size_t>(flutes.count()));
   for_each_node(
       cutter, condition, immersion,
       [&](const ProfilePoint& point, double theta, double weight) {
@@ -144,11 +144,24 @@ Load mean_load(const Cutter& cutter, const CuttingLaw& law, const Condition& con
         for (int flute = 0; flute < different; ++flute) {
           const double h = chip_of(cutter, flutes, flute, condition, theta, point, into);
           if (!flutes.equal() && h <= 0.0) continue;
-          const double width = share * weight;
-          sum.push(std::sin(theta), std::cos(theta), h, width, width * point.z);
+          const double width = weight / kTurn;
+          sums[static_cast<std::size_t>(flute)].push(std::sin(theta), std::cos(theta), h, width,
+                                                     width * point.z);
         }
       },
-      [&](const ProfilePoint& point) { sum.add_to(mean, point); });
+      [&](const ProfilePoint& point) {
+        for (std::size_t flute = 0; flute < sums.size(); ++flute) {
+          sums[flute].add_to(means[flute], point);
+        }
+      });
+  if (flutes.equal()) std::fill(means.begin(), means.end(), Load(means.front()));
+  return means;
+}
+
+Load mean_load(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+               const Immersion& immersion) {
+  Load mean;
+  for (const Load& one : flute_means(cutter, law, condition, immersion)) mean += one;
   return mean;
 }
 

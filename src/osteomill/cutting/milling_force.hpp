@@ -64,6 +64,10 @@ geometry::Vector3 edge_force(const CuttingLaw& law, double h, const geometry::Ve
 Load mean_load(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                const Immersion& immersion);
 
+/// The same for each flute; they differ with pitch, radius errors and run-out.
+std::vector<Load> flute_means(const Cutter& cutter, const CuttingLaw& law,
+                              const Condition& condition, const Immersion& immersion);
+
 /// Instantaneous loads over a revolution in a nominal cut; every flute is integrated along its edge
 /// between the exact ends of its contact.
 Revolution revolution(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,

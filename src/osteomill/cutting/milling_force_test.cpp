@@ -166,6 +166,38 @@ TEST(MillingForce, InstantaneousAveragesToTheMeanForEveryShapeAndFlute) {
   }
 }
 
+TEST(MillingForce, OfEachFluteAddsUpAndOneThatRunsOutFarEnoughCutsAlone) {
+  Cutter cutter = plaskos(2, 0.0);
+  const Immersion slot{ImmersionKind::slot, 0.0, 5e-3};
+  for (const double offset : {0.0, 1e-6, 30e-6}) {
+    cutter.run_out.offset = offset;
+    const std::vector<Load> each = flute_means(cutter, bovine(), at(8.0), slot);
+    ASSERT_EQ(each.size(), 2u);
+    const Vector3 all = mean_load(cutter, bovine(), at(8.0), slot).force;
+    EXPECT_LT((each[0].force + each[1].force - all).norm(), 1e-12 * all.norm());
+    if (offset == 0.0) {
+      EXPECT_EQ(each[0].force, each[1].force);
+    }
+    if (offset == 30e-6) {
+      EXPECT_EQ(each[1].force.norm(), 0.0);
+    }
+  }
+}
+
+TEST(MillingForce, TurnsFromTheEdgeToTheToolByAnOrthonormalMatrix) {
+  for (double kappa = 0.1; kappa < 1.57; kappa += 0.21) {
+    for (double psi = -0.5; psi < 3.5; psi += 0.17) {
+      Eigen::Matrix3d turn;  // of (dF_t, dF_r, dF_a) in [tian2023] eq. 14
+      turn << -motion(psi), -outward_normal(psi, kappa),
+          motion(psi).cross(outward_normal(psi, kappa));
+      EXPECT_LT((turn.transpose() * turn - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+      EXPECT_NEAR(turn.determinant(), 1.0, 1e-14);
+      // Row y, column a: printed -LQ, here +LQ.
+      EXPECT_NEAR(turn(1, 2), std::cos(kappa) * std::cos(psi), 1e-15);
+    }
+  }
+}
+
 TEST(MillingForce, OfATrochoidalPathIsThatOfACircleForSmallFeeds) {
   const Immersion slot{ImmersionKind::slot, 0.0, 5e-3};
   Condition exact = at(5.0);

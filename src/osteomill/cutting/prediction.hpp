@@ -32,7 +32,8 @@ struct Prediction {
   double specific_energy = 0.0;  ///< power of spindle and feed over removal rate, J/m³; 0 without
   double feed_per_tooth = 0.0;   ///< m
   double largest_chip = 0.0;     ///< m
-  std::vector<geometry::Vector3> harmonics;  ///< amplitude at 1, 2, ... times spindle speed, N
+  std::vector<geometry::Vector3> harmonics;    ///< amplitude at 1, 2, ... times spindle speed, N
+  std::vector<geometry::Vector3> flute_means;  ///< mean force of each flute, N; nominal cuts only
   std::vector<std::string> warnings;
 };
 
