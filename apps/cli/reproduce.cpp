@@ -23,6 +23,7 @@ const std::vector<Source>& sources() {
   static const std::vector<Source> list = {{"plaskos2002", reproduce_plaskos2002},
                                            {"plaskos2002", reproduce_cutting_study},
                                            {"plaskos2006", reproduce_plaskos2006},
+                                           {"plaskos2006", reproduce_plaskos2006_robot},
                                            {"tian2023", reproduce_tian2023}};
   return list;
 }

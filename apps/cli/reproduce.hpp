@@ -32,5 +32,7 @@ void reproduce_tian2023(std::vector<Reproduced>& list);
 
 /// The cutting studies of [plaskos2002] chapters 2 and 3.
 void reproduce_cutting_study(std::vector<Reproduced>& list);
+/// Robot and calibration: chapters 4 and 5.
+void reproduce_plaskos2006_robot(std::vector<Reproduced>& list);
 
 }  // namespace osteomill::cli

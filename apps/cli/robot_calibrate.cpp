@@ -136,10 +136,7 @@ Figure budget_figure(const std::vector<calibrate::BudgetLine>& budget) {
             chart.width = 900;
             io::Bars bars;
             for (const auto& line : budget) {
-              // Words below a bar have little room.
-              const std::string name = line.source.substr(0, line.source.find(','));
-              chart.categories.push_back(
-                  line.source == "all, as verified by the tracker" ? "as verified" : name);
+              chart.categories.push_back(line.source);
               bars.values.push_back(line.flexion_rms / deg);
             }
             chart.series.push_back(bars);

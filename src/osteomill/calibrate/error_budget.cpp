@@ -118,14 +118,14 @@ std::vector<BudgetLine> error_budget(const BudgetOptions& options, const Progres
   require_positive("budget.cone_spacing_mm", options.cone_spacing / units::mm, "mm");
   require_positive("budget.gear_stiffness_nm_per_rad", options.gear_stiffness, "N m/rad");
   const std::vector<std::pair<std::string, Sources>> cases = {
-      {"camera, through the calibration", {.camera = true}},
+      {"camera", {.camera = true}},
       {"motor sensors", {.sensors = true}},
-      {"planar probe in the slot", {.probe = true}},
-      {"gear transmission", {.gears = true}},
-      {"axes not parallel", {.skew = true}},
-      {"weight of the guide", {.weight = true}},
+      {"planar probe", {.probe = true}},
+      {"gears", {.gears = true}},
+      {"skewed axes", {.skew = true}},
+      {"guide's weight", {.weight = true}},
       {"all", {true, true, true, true, true, true, false}},
-      {"all, as verified by the tracker", {true, true, true, true, true, true, true}},
+      {"all, as verified", {true, true, true, true, true, true, true}},
   };
   std::vector<BudgetLine> lines;
   for (const auto& [name, sources] : cases) {
