@@ -155,7 +155,7 @@ io::ReportData slot() {
        "Force grows with the square of the apparent density; no measured law was found.", "assumed",
        ""},
       {io::ReportNote::Kind::assumption, "Edge-force law of bovine cortical bone at 3.5 m/s.",
-       "reconstructed", "plaskos2006"},
+       "reconstructed", "[plaskos2006]"},
       {io::ReportNote::Kind::warning,
        "The feed per tooth leaves the range in which the law was fitted (2.5 to 203 µm).", "", ""},
       {io::ReportNote::Kind::information, "Times are counted from first contact to last exit."}};

@@ -135,6 +135,7 @@ Json mesh_json(const geometry::Mesh& mesh) {
   for (const auto& triangle : mesh.triangles)
     corners.insert(corners.end(), triangle.begin(), triangle.end());
   json["corners"] = indices(corners);
+  if (!mesh.values.empty()) json["value"] = steps(mesh.values);
   return json;
 }
 
@@ -209,7 +210,10 @@ Json run_json(const ReportRun& run, std::size_t most_samples) {
 }
 
 Json scene_json(const ReportScene& scene) {
-  Json json = {{"valueName", scene.path_value_name}, {"valueUnit", scene.path_value_unit}};
+  Json json = {{"valueName", scene.path_value_name},
+               {"valueUnit", scene.path_value_unit},
+               {"meshValueName", scene.mesh_value_name},
+               {"meshValueUnit", scene.mesh_value_unit}};
   if (scene.path_value_limit) json["valueLimit"] = *scene.path_value_limit;
   if (scene.cutter) {
     Json outline = Json::array();

@@ -154,6 +154,8 @@ struct ReportScene {
   std::string path_value_name = "force";
   std::string path_value_unit = "N";
   std::optional<double> path_value_limit = {};
+  std::string mesh_value_name = {};  ///< of Mesh::values; empty: they are not shown
+  std::string mesh_value_unit = {};
 };
 
 struct ReportData {

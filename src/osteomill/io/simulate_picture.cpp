@@ -151,6 +151,9 @@ void add_scene(ReportData& data, const std::vector<SimulatedRun>& runs, RunSurfa
     if (i > 0 && !shared) data.runs[i].before = std::move(surfaces.before[i]);
   }
   data.scene->before = std::move(surfaces.before.front());
+  const bool gain = profiled(runs.front());
+  data.scene->mesh_value_name = gain ? "cutting gain" : "density";
+  data.scene->mesh_value_unit = gain ? "N/(mm/s)" : "kg/m³";
 }
 
 }  // namespace osteomill::io

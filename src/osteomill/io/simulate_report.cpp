@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 #include <set>
 
@@ -190,11 +191,6 @@ ReportNote::Kind kind_of(bone::Obtained obtained) {
              : ReportNote::Kind::assumption;
 }
 
-std::string key_of(std::string source) {
-  std::erase_if(source, [](char c) { return c == '[' || c == ']'; });
-  return source;
-}
-
 /// What the law of a stock rests on. A profile has its note instead.
 std::vector<ReportNote> grounds_of(const SimulatedRun& run) {
   if (!run.after) return {};
@@ -202,7 +198,7 @@ std::vector<ReportNote> grounds_of(const SimulatedRun& run) {
   std::vector<ReportNote> notes = {
       {kind_of(law.obtained),
        fmt::format("Cutting law of {}.", law.specimen.empty() ? "the case" : law.specimen),
-       std::string(bone::name_of(law.obtained)), key_of(law.source)}};
+       std::string(bone::name_of(law.obtained)), law.source}};
   if (run.input.stock.kind == StockKind::ct) {
     const bone::DensityFromCt& line = run.input.stock.bone_from_ct.density;
     notes.push_back({kind_of(line.per_hounsfield.obtained),
@@ -210,7 +206,7 @@ std::vector<ReportNote> grounds_of(const SimulatedRun& run) {
                                  line.at_zero.value, line.per_hounsfield.value,
                                  run.input.stock.bone_from_ct.threshold_hu),
                      std::string(bone::name_of(line.per_hounsfield.obtained)),
-                     key_of(std::string(line.per_hounsfield.source))});
+                     std::string(line.per_hounsfield.source)});
   }
   return notes;
 }
@@ -237,13 +233,22 @@ std::string percent(double from, double to) {
 void compare(const SimulatedRun& adapted, const SimulatedRun& fixed, ReportData& data) {
   const simulate::Summary &a = adapted.summary, &f = fixed.summary;
   if (!(f.cutting_time > 0.0) || !(f.peak_force > 0.0)) return;
+  const std::string& name = adapted.input.name;
   data.highlights.push_back(
-      {percent(f.cutting_time, a.cutting_time), "%", "cutting time, " + adapted.input.name,
+      {percent(f.cutting_time, a.cutting_time), "%", "cutting time, " + name,
        fmt::format("{:.1f} s against {:.1f} s at constant feed", a.cutting_time, f.cutting_time)});
-  data.highlights.push_back({percent(f.peak_force, a.peak_force), "%",
-                             "peak force, " + adapted.input.name,
-                             fmt::format("{:.1f} N against {:.1f} N, limit {:g} N", a.peak_force,
-                                         f.peak_force, adapted.input.force_limit)});
+  data.highlights.push_back({percent(f.peak_force, a.peak_force), "%", "peak force, " + name,
+                             fmt::format("{:.1f} N against {:.1f} N", a.peak_force, f.peak_force)});
+  data.highlights.push_back({fmt::format("{:.2f}", a.time_above_limit), "s",
+                             fmt::format("above {:g} N, {}", adapted.input.force_limit, name),
+                             fmt::format("{:.2f} s at constant feed", f.time_above_limit)});
+}
+
+/// "cranium_ct" is "Cranium ct" to a reader.
+std::string heading(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  if (!name.empty()) name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+  return name;
 }
 
 std::string subtitle_of(const SimulatedRun& run) {
@@ -339,7 +344,7 @@ LinePlot plot_of(const SimulatedRun& run) {
 ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& title,
                      const std::string& program) {
   ReportData data;
-  data.title = title;
+  data.title = heading(title);
   data.program = program;
   data.created = now_text();
   data.headline = comparisons_of(runs);

@@ -17,7 +17,7 @@ SignalsFile signals_of(const std::vector<SimulatedRun>& runs);
 /// Force, feed and material of one run over time, one below the other.
 LinePlot plot_of(const SimulatedRun& run);
 
-/// The page of report.html, without pictures and meshes.
+/// The page of report.html; pictures and surfaces are for the caller to add (simulate_picture.hpp).
 ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& title,
                      const std::string& program);
 

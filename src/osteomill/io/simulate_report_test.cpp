@@ -7,8 +7,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "osteomill/geometry/mesh_check.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/scratch_folder.hpp"
+#include "osteomill/io/simulate_picture.hpp"
 #include "osteomill/io/simulate_result.hpp"
+#include "osteomill/io/text_file.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -76,6 +80,38 @@ TEST(SimulateReport, NoPathLeadsFromTheEndOfALineToTheStartOfTheNextOne) {
   const auto jumps = std::count_if(run.path.value.begin(), run.path.value.end(),
                                    [](double value) { return std::isnan(value); });
   EXPECT_EQ(jumps, 2);  // three lines
+}
+
+TEST(SimulateReport, TheStocksBeforeAndAfterDifferByWhatWasRemoved) {
+  const auto file = scratch("block.toml");
+  write_text_file(file, R"(
+[stock]
+kind = "block"
+lower_mm = [0, 0, -4]
+upper_mm = [16, 10, 0]
+spacing_mm = 0.25
+density_kg_per_m3 = 1900
+[path]
+kind = "points"
+points = [{ x_mm = -3, y_mm = 5, z_mm = -2 }, { x_mm = 19, y_mm = 5, z_mm = -2 }]
+feed_mm_per_s = 6
+spindle_speed_rpm = 20000
+[cutter]
+use = "craniotomy-3mm"
+[bone]
+use = "bovine-cortical-high-speed"
+[controller]
+kind = "constant"
+)");
+  const auto runs = run_simulations(read_simulate_cases(read_case(file, {})));
+  ReportData data = report_of(runs, kTitle, kProgram);
+  add_scene(data, runs, surfaces_of(runs));
+  ASSERT_TRUE(data.scene && data.scene->cutter);
+  const double shown = geometry::volume(data.scene->before) - geometry::volume(data.runs[0].after);
+  // The surface crosses voxels where half of one is bone; each of the slot's edges, 16 mm long, may
+  // be off by a fraction of a voxel's section: 4 x 16 x 0.25^2 / 2 = 2 mm³ of 96 mm³.
+  EXPECT_NEAR(shown, runs[0].summary.removed_volume, 2e-9);
+  EXPECT_NEAR(runs[0].summary.removed_volume, 96e-9, 1e-9);
 }
 
 TEST(SimulateReport, IsAcceptedByTheWriter) {

@@ -36,22 +36,26 @@ export function current_theme(): Theme {
   return matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'
 }
 
-const viridis_stops = [
+/** Red, green, blue, evenly spaced from low to high. The same as in src/osteomill/io/colour.cpp. */
+export type ColourMap = [number, number, number][]
+
+export const viridis: ColourMap = [
   [68, 1, 84], [72, 40, 120], [62, 74, 137], [49, 104, 142], [38, 130, 142], [31, 158, 137],
   [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37],
 ]
+/** From marrow to cortical, for densities. */
+export const bone: ColourMap = [[160, 101, 78], [192, 140, 102], [220, 184, 141], [238, 217, 183], [250, 243, 228]]
 
 /** Red, green, blue of 0...1 for a share of 0...1. */
-export function viridis(share: number): [number, number, number] {
-  const place = Math.min(Math.max(share, 0), 1) * (viridis_stops.length - 1)
-  const i = Math.min(Math.floor(place), viridis_stops.length - 2)
-  const [a, b] = [viridis_stops[i], viridis_stops[i + 1]]
-  const mix = (k: number) => (a[k] + (b[k] - a[k]) * (place - i)) / 255
+export function colour_at(map: ColourMap, share: number): [number, number, number] {
+  const place = Math.min(Math.max(share, 0), 1) * (map.length - 1)
+  const i = Math.min(Math.floor(place), map.length - 2)
+  const mix = (k: number) => (map[i][k] + (map[i + 1][k] - map[i][k]) * (place - i)) / 255
   return [mix(0), mix(1), mix(2)]
 }
 
-export function viridis_gradient(direction: string): string {
-  return `linear-gradient(${direction}, ${viridis_stops.map((s) => `rgb(${s})`).join(', ')})`
+export function gradient(map: ColourMap, direction: string): string {
+  return `linear-gradient(${direction}, ${map.map((s) => `rgb(${s})`).join(', ')})`
 }
 
 const materials: Record<string, Record<Theme, string>> = {

@@ -43,7 +43,7 @@ export interface Note {
 export interface SignalOf<A> { name: string; unit: string; panel: string; values: A; limit?: Limit }
 export interface Interval { from: number; to: number; label: string }
 export interface Strip { name: string; withinCharts: boolean; intervals: Interval[] }
-export interface MeshOf<A> { position: A[]; corners: A }
+export interface MeshOf<A> { position: A[]; corners: A; value?: A }
 export interface PathOf<A> { time: A; value: A; tip: A[]; axis: A[] }
 export interface RunOf<A> {
   name: string
@@ -67,6 +67,8 @@ export interface SceneOf<A> {
   valueName: string
   valueUnit: string
   valueLimit?: number
+  meshValueName: string
+  meshValueUnit: string
 }
 export interface ReportOf<A> {
   title: string

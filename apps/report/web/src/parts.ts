@@ -17,7 +17,7 @@ export function notes_view(notes: Note[]): HTMLElement {
       el('span', { class: 'kind' }, kind_words[note.kind]),
       el('span', { class: 'text' }, note.text,
         note.provenance ? el('span', { class: 'badge' }, note.provenance) : null,
-        note.source ? el('span', { class: 'source' }, `[${note.source}]`) : null)))) : null,
+        note.source ? el('span', { class: 'source' }, note.source) : null)))) : null,
     el('p', { class: 'disclaimer' }, 'For research and engineering use only. osteomill is not a medical ' +
       'device, and nothing here is medical advice. Check every number against a measurement of your own before ' +
       'it moves a machine.'))

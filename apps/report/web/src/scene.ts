@@ -5,7 +5,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js'
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js'
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js'
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js'
-import { current_theme, viridis_gradient } from './colours'
+import { bone, type ColourMap, current_theme, gradient, viridis } from './colours'
 import type { Mesh, Numbers, Report, Run } from './data'
 import { el, on_resize, reading, written } from './dom'
 import type { Player } from './player'
@@ -17,6 +17,7 @@ type Stage = 'before' | 'now' | 'after'
 export class SceneView {
   readonly element: HTMLElement
   private readonly has_stock: boolean
+  private readonly has_values: boolean
   /** Why there is no picture; empty when there is one. */
   failure = ''
   private readonly canvas = el('canvas', { tabindex: 0, role: 'img' })
@@ -31,6 +32,7 @@ export class SceneView {
   private readonly content = new THREE.Group()
   private readonly uniforms = {
     time: { value: 0 }, cut: { value: 0 }, mapping: { value: 1 },
+    tinting: { value: 0 },
     bone: { value: new THREE.Color(0xe9dfc9) }, fresh: { value: new THREE.Color(0xd98f6a) },
     inside: { value: new THREE.Color(0xb98d6b) },
   }
@@ -54,7 +56,10 @@ export class SceneView {
 
   constructor(private readonly report: Report, private readonly player: Player) {
     this.has_stock = !!report.scene?.before || report.runs.some((run) => run.before || run.after)
-    this.frame.append(this.canvas, this.legend, this.print)
+    this.has_values = !!report.scene?.meshValueName &&
+      [report.scene.before, ...report.runs.map((run) => run.after)].some((mesh) => mesh?.value)
+    this.uniforms.tinting.value = this.has_values ? 1 : 0
+    this.frame.append(this.canvas, this.print)
     this.element = el('section', { class: 'card scene', 'aria-label': 'Stock, path and cutter in 3-D' },
       el('div', { class: 'card-head' }, el('h2', {}, this.has_stock ? 'Stock and path' : 'Path')), this.frame)
     try {
@@ -79,7 +84,7 @@ export class SceneView {
       this.cutter = cutter_model(report.scene.cutter)
       this.world.add(this.cutter)
     }
-    this.element.append(this.make_tools(), this.caption)
+    this.element.append(this.legend, this.make_tools(), this.caption)
     this.controls.addEventListener('start', () => { this.touched = true })
     player.on_change(() => this.show_time())
     on_resize(this.frame, () => this.resize())
@@ -126,10 +131,12 @@ export class SceneView {
           (v) => { this.stage = v as Stage; this.show_time() }),
         range('Opacity', 1, (v) => { this.opacity = v; this.set_opacity() })),
       el('div', { class: 'row' },
-        check('Path', true, (v) => { for (const l of [this.line, this.trail]) if (l) l.visible = v; this.path_on = v; this.draw_soon() }),
+        check('Path', true, (v) => { this.path_on = v; this.show_path(); this.draw_soon() }),
         this.cutter && check('Cutter', true, (v) => { if (this.cutter) this.cutter.visible = v; this.draw_soon() }),
         this.has_stock && check(`Cut surface by ${this.report.scene?.valueName ?? 'value'}`, true,
-          (v) => { this.uniforms.mapping.value = v ? 1 : 0; this.colour_floor(); this.draw_soon() })),
+          (v) => { this.uniforms.mapping.value = v ? 1 : 0; this.colour_floor(); this.draw_soon() }),
+        this.has_values && check(`Bone by ${this.report.scene!.meshValueName}`, true,
+          (v) => { this.uniforms.tinting.value = v ? 1 : 0; this.draw_legend(); this.draw_soon() })),
       this.has_stock && el('div', { class: 'row' },
         choice('section', [['-1', 'Whole'], ['0', 'Section x'], ['1', 'y'], ['2', 'z']], '-1',
           (v) => { this.clip_axis = Number(v); section.hidden = this.clip_axis < 0; this.cut_open() }),
@@ -168,9 +175,12 @@ export class SceneView {
     for (let i = 0; i < count; ++i) for (let a = 0; a < 3; ++a) position[3 * i + a] = mesh.position[a][i]
     const reached = new Float32Array(count)
     const mapped = new Float32Array(3 * count)
+    const tint = new Float32Array(3 * count)
+    const [low, high] = this.densities
     for (let i = 0; i < count; ++i) {
       const at = reach ? reach[i] : NaN
       reached[i] = Number.isNaN(at) ? this.never : at
+      if (mesh.value) tint.set(mapped_colour((mesh.value[i] - low) / (high - low), bone), 3 * i)
       if (part === 'after' && !Number.isNaN(at) && run.path) {
         const value = run.path.value[index_at(run.path.time, at)]
         mapped.set(mapped_colour(value / this.largest), 3 * i)
@@ -180,6 +190,7 @@ export class SceneView {
     geometry.setAttribute('position', new THREE.BufferAttribute(position, 3))
     geometry.setAttribute('reach', new THREE.BufferAttribute(reached, 1))
     geometry.setAttribute('mapped', new THREE.BufferAttribute(mapped, 3))
+    geometry.setAttribute('tint', new THREE.BufferAttribute(tint, 3))
     geometry.setIndex(new THREE.BufferAttribute(mesh.corners as Uint32Array, 1))
     geometry.computeVertexNormals()
     geometry.computeBoundingBox()
@@ -188,6 +199,7 @@ export class SceneView {
   }
 
   private largest = 1
+  private densities: [number, number] = [0, 1]
   private never = 1
 
   show(run: Run) {
@@ -202,6 +214,7 @@ export class SceneView {
     this.largest = Math.max(1e-9, this.report.scene?.valueLimit ?? 0)
     for (const { path } of this.report.runs)
       for (const value of path?.value ?? []) if (value > this.largest) this.largest = value
+    this.densities = this.range_of_values()
     for (const child of [...this.content.children]) {
       this.content.remove(child)
       const drawn = child as THREE.Mesh
@@ -239,6 +252,20 @@ export class SceneView {
     this.show_time()
   }
 
+  /** Of the values of all surfaces, in round numbers. */
+  private range_of_values(): [number, number] {
+    let low = Infinity
+    let high = -Infinity
+    for (const mesh of [this.report.scene?.before, ...this.report.runs.flatMap((r) => [r.before, r.after])])
+      for (const value of mesh?.value ?? []) {
+        if (value < low) low = value
+        if (value > high) high = value
+      }
+    if (!(low < high)) return [low - 1, low + 1]
+    const step = 10 ** Math.floor(Math.log10(high - low))
+    return [step * Math.floor(low / step), step * Math.ceil(high / step)]
+  }
+
   private add_path(run: Run) {
     this.line = this.trail = this.floor = null
     const path = run.path
@@ -259,7 +286,6 @@ export class SceneView {
         opacity, depthTest: !in_front, depthWrite: false })
       const line = new LineSegments2(geometry, material)
       line.renderOrder = in_front ? 3 : 2
-      line.visible = this.path_on
       this.content.add(line)
       return line
     }
@@ -272,6 +298,13 @@ export class SceneView {
     }
   }
 
+  /** Through the bone the path is seen only where the bone is open or clear: elsewhere it would seem
+   *  to float before it. */
+  private show_path() {
+    if (this.trail) this.trail.visible = this.path_on
+    if (this.line) this.line.visible = this.path_on && (!this.has_stock || this.opacity < 1 || this.clip_axis >= 0)
+  }
+
   private colour_floor() {
     const material = this.floor?.mesh.material as THREE.MeshLambertMaterial | undefined
     if (!material) return
@@ -282,19 +315,25 @@ export class SceneView {
 
   private draw_legend() {
     const scene = this.report.scene!
-    this.legend.replaceChildren()
-    this.legend.hidden = !this.run?.path
-    const bar = el('div', { class: 'gradient' })
-    bar.style.background = viridis_gradient('to top')
-    const at = (value: number, text: string, kind = '') => {
-      const mark = el('span', { class: `mark ${kind}` }, text)
-      mark.style.bottom = `${(100 * value) / this.largest}%`
-      return mark
+    const bar = (name: string, map: ColourMap, low: number, high: number, limit?: number) => {
+      const field = el('div', { class: 'gradient' })
+      field.style.background = gradient(map, 'to right')
+      const mark = (value: number, text: string, kind = '') => {
+        const place = el('span', { class: `mark ${kind}` }, text)
+        place.style.left = `${(100 * (value - low)) / (high - low)}%`
+        field.append(place)
+      }
+      for (const value of [low, (low + high) / 2, high]) mark(value, reading(value))
+      if (limit && limit < 0.98 * high) mark(limit, `limit ${reading(limit)}`, 'limit')
+      return el('div', {}, el('div', { class: 'name' }, name), field)
     }
-    bar.append(at(0, '0'), at(this.largest / 2, reading(this.largest / 2)), at(this.largest, reading(this.largest)))
-    if (scene.valueLimit && scene.valueLimit < 0.98 * this.largest)
-      bar.append(at(scene.valueLimit, `limit ${reading(scene.valueLimit)}`, 'limit'))
-    this.legend.append(el('div', { class: 'name' }, `${scene.valueName}, ${written(scene.valueUnit)}`), bar)
+    const bars: HTMLElement[] = []
+    if (this.run?.path)
+      bars.push(bar(`${scene.valueName}, ${written(scene.valueUnit)}`, viridis, 0, this.largest, scene.valueLimit))
+    if (this.uniforms.tinting.value > 0)
+      bars.push(bar(`${scene.meshValueName}, ${written(scene.meshValueUnit)}`, bone, ...this.densities))
+    this.legend.replaceChildren(...bars)
+    this.legend.hidden = bars.length === 0
   }
 
   private set_opacity() {
@@ -305,10 +344,12 @@ export class SceneView {
       material.opacity = this.opacity
       part.visible = this.opacity > 0.01
     }
+    this.show_path()
     this.show_time()
   }
 
   private cut_open() {
+    this.show_path()
     const a = this.clip_axis
     this.renderer.clippingPlanes = []
     if (a >= 0) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What stands in the 3-D view: materials of the stock, the cutter, the trail that it leaves.
 import * as THREE from 'three'
-import { viridis } from './colours'
+import { colour_at, type ColourMap, viridis } from './colours'
 import type { Cutter, Path } from './data'
 
 /** Surfaces of stock: drawn only where the cutter has come by (or not yet), with a flat inside so
@@ -12,18 +12,20 @@ export function stock_material(part: 'before' | 'after', uniforms: Record<string
     Object.assign(shader.uniforms, uniforms)
     shader.vertexShader = shader.vertexShader
       .replace('#include <common>', `#include <common>
-        attribute float reach; attribute vec3 mapped; centroid varying float vReach; varying vec3 vMapped;`)
+        attribute float reach; attribute vec3 mapped; attribute vec3 tint;
+        centroid varying float vReach; varying vec3 vMapped; varying vec3 vTint;`)
       .replace('#include <begin_vertex>', `#include <begin_vertex>
-        vReach = reach; vMapped = mapped;`)
+        vReach = reach; vMapped = mapped; vTint = tint;`)
     const hide = part === 'before' ? 'vReach <= time' : 'vReach > time'
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>
-        centroid varying float vReach; varying vec3 vMapped;
-        uniform float time, cut, mapping; uniform vec3 bone, fresh, inside;`)
+        centroid varying float vReach; varying vec3 vMapped; varying vec3 vTint;
+        uniform float time, cut, mapping, tinting; uniform vec3 bone, fresh, inside;`)
       .replace('#include <color_fragment>', `#include <color_fragment>
         if (${hide}) discard;
         bool is_cut = ${part === 'after' ? 'vReach < cut' : 'false'};
-        diffuseColor.rgb = is_cut ? mix(fresh, vMapped, mapping) : bone;`)
+        vec3 plain = tinting > 0.5 ? vTint : is_cut ? fresh : bone;
+        diffuseColor.rgb = is_cut && mapping > 0.5 ? vMapped : plain;`)
       .replace('#include <opaque_fragment>', `#include <opaque_fragment>
         if (!gl_FrontFacing) gl_FragColor = vec4(inside, gl_FragColor.a);`)
   }
@@ -33,9 +35,9 @@ export function stock_material(part: 'before' | 'after', uniforms: Record<string
 }
 
 /** The colour of a value as three wants it: linear light. */
-export function mapped_colour(share: number): [number, number, number] {
+export function mapped_colour(share: number, map: ColourMap = viridis): [number, number, number] {
   const colour = new THREE.Color()
-  if (Number.isFinite(share)) colour.setRGB(...viridis(share), THREE.SRGBColorSpace)
+  if (Number.isFinite(share)) colour.setRGB(...colour_at(map, share), THREE.SRGBColorSpace)
   else colour.set(0x8c9399)
   return [colour.r, colour.g, colour.b]
 }
