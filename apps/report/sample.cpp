@@ -23,7 +23,7 @@ constexpr double kLength = 40 * units::mm, kRadius = 1.5 * units::mm, kDepth = 4
 /// A vaulted plate of 60 x 30 mm; with a slot of the cutter's width along x where `cut`.
 Mesh plate(bool cut) {
   Mesh mesh;
-  const int nx = 150, ny = 75;
+  const int nx = 120, ny = 60;
   const auto top = [&](double x, double y) {
     const double vault = 9 * units::mm - 4.0 * (x * x + 2.0 * y * y);
     const double beyond = std::max(std::abs(x) - kLength / 2, 0.0);
@@ -32,7 +32,7 @@ Mesh plate(bool cut) {
   for (int side = 0; side < 2; ++side)
     for (int j = 0; j <= ny; ++j)
       for (int i = 0; i <= nx; ++i) {
-        const double x = (i - nx / 2) * 0.4 * units::mm, y = (j - ny / 2.0) * 0.4 * units::mm;
+        const double x = (i - nx / 2) * 0.5 * units::mm, y = (j - ny / 2) * 0.5 * units::mm;
         const double z = side == 0 ? top(x, y) : top(x, y) * 0.0;
         mesh.vertices.emplace_back(static_cast<float>(x), static_cast<float>(y),
                                    static_cast<float>(z));

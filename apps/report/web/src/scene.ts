@@ -359,12 +359,15 @@ export class SceneView {
       const sign = a === 1 ? 1 : -1
       this.clip.normal.set(0, 0, 0).setComponent(a, sign)
       this.clip.constant = -sign * (low + (high - low) * (a === 1 ? 1 - this.clip_share : this.clip_share))
-      for (const part of [this.before, this.after, this.floor?.mesh])
-        if (part) (part.material as THREE.Material).clippingPlanes = [this.clip]
-    } else {
-      for (const part of [this.before, this.after, this.floor?.mesh])
-        if (part) (part.material as THREE.Material).clippingPlanes = null
     }
+    const planes = a >= 0 ? [this.clip] : []
+    for (const part of [this.before, this.after])
+      if (part) (part.material as THREE.Material).clippingPlanes = planes
+    // Beside the bone the cutter leaves no floor.
+    const { min, max } = this.box
+    const sides = [0, 1, 2].flatMap((k) => [1, -1].map((sign) => new THREE.Plane(
+      new THREE.Vector3().setComponent(k, sign), sign > 0 ? -min.getComponent(k) : max.getComponent(k))))
+    if (this.floor) (this.floor.mesh.material as THREE.Material).clippingPlanes = [...planes, ...sides]
     this.renderer.localClippingEnabled = true
     this.draw_soon()
   }
@@ -373,10 +376,18 @@ export class SceneView {
     return this.run?.path ? axis_of(this.run.path, 0) : new THREE.Vector3(0, 0, 1)
   }
 
-  /** From the side on which the tool is, so that the cut is in sight. */
+  /** From the side on which the tool is and cuts, so that the cut is in sight. */
   private oblique(): THREE.Vector3 {
     const axis = this.tool_axis()
     const aside = new THREE.Vector3(0.59, -0.81, 0.1)
+    const cut = new THREE.Box3()
+    const path = this.run?.path
+    for (let i = 0; i < (path?.time.length ?? 0); ++i)
+      if (path!.value[i] > 0) cut.expandByPoint(place_mm(path!, i))
+    const size = this.box.getSize(new THREE.Vector3())
+    const off = cut.getCenter(new THREE.Vector3()).sub(this.box.getCenter(new THREE.Vector3()))
+    if (!cut.isEmpty() && Math.abs(off.x) > 0.2 * size.x) aside.x = Math.sign(off.x) * Math.abs(aside.x)
+    if (!cut.isEmpty() && Math.abs(off.y) > 0.2 * size.y) aside.y = Math.sign(off.y) * Math.abs(aside.y)
     aside.addScaledVector(axis, -aside.dot(axis)).normalize()
     return axis.multiplyScalar(0.75).addScaledVector(aside, 0.85)
   }
