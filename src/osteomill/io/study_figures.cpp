@@ -69,7 +69,7 @@ std::string plot(const std::vector<std::string>& parts) {
 void fit(Canvas& c, const std::vector<double>& values, bool from_zero) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   const double span = std::max(*high - (from_zero ? 0.0 : *low), 1e-9);
-  c.y_low = from_zero ? 0.0 : *low - 0.06 * span;
+  c.y_low = from_zero || *low >= 0.0 ? 0.0 : *low - 0.06 * span;
   c.y_high = *high + 0.06 * span;
 }
 

@@ -7,6 +7,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -125,8 +126,10 @@ using Objective = std::function<double(const std::vector<double>&)>;
 /// A criterion this close to the least is the least: rounding, and no likelihood ratio sees it.
 constexpr double kFlat = 1e-9;
 
-/// Least value over low <= x <= high: Brent in one dimension, BOBYQA in more.
-Minimum minimise(const Objective& f, std::vector<double> start, double low, double high) {
+/// Least value over low <= x <= high: Brent in one dimension, BOBYQA in more. The value is good to
+/// the square of the precision of the place.
+Minimum minimise(const Objective& f, std::vector<double> start, double low, double high,
+                 double precision = 1e-7) {
   Minimum m;
   if (start.empty()) {
     m.value = f(start);
@@ -158,8 +161,8 @@ Minimum minimise(const Objective& f, std::vector<double> start, double low, doub
       &counted);
   opt.set_lower_bounds(low);
   opt.set_upper_bounds(high);
-  opt.set_xtol_rel(1e-7);
-  opt.set_xtol_abs(1e-8);
+  opt.set_xtol_rel(precision);
+  opt.set_xtol_abs(0.1 * precision);
   opt.set_ftol_rel(1e-13);
   opt.set_maxeval(2000);
   for (double& x : start) x = std::clamp(x, low, high);
@@ -202,7 +205,7 @@ Interval profile_interval(const Reml& reml, const std::vector<double>& sd, doubl
         all.push_back(value);
         return reml.criterion_at(all);
       };
-      return minimise(f, theta, 0.0, 1e4).value - least - rise;
+      return minimise(f, theta, 0.0, 1e4, 1e-4).value - least - rise;
     }
     const auto f = [&](const std::vector<double>& others) {
       std::vector<double> all = others;
@@ -210,21 +213,34 @@ Interval profile_interval(const Reml& reml, const std::vector<double>& sd, doubl
       all.back() = std::max(all.back(), 1e-6 * scale);
       return reml.criterion_at(all);
     };
-    return minimise(f, rest, 0.0, 20.0 * scale).value - least - rise;
+    return minimise(f, rest, 0.0, 20.0 * scale, 1e-4).value - least - rise;
   };
-  const auto root = [&](double inside, double outside) {
-    for (int i = 0; i < 40 && std::abs(outside - inside) > 1e-4 * scale; ++i) {
-      const double middle = 0.5 * (inside + outside);
-      (excess(middle) < 0.0 ? inside : outside) = middle;
-    }
-    return 0.5 * (inside + outside);
+  const double at_inside = -rise;
+  const auto root = [&](double inside, double outside, double at_outside) {
+    std::uintmax_t iterations = 40;
+    const auto close = [&](double x, double y) { return std::abs(x - y) < 1e-4 * scale; };
+    const bool rising = inside < outside;
+    const auto [x, y] = rising
+                            ? boost::math::tools::toms748_solve(excess, inside, outside, at_inside,
+                                                                at_outside, close, iterations)
+                            : boost::math::tools::toms748_solve(excess, outside, inside, at_outside,
+                                                                at_inside, close, iterations);
+    return 0.5 * (x + y);
   };
   Interval interval;
   const double floor = residual ? 1e-3 * sd[k] : 0.0;
-  interval.low = sd[k] <= floor || excess(floor) <= 0.0 ? floor : root(sd[k], floor);
-  double high = std::max(2.0 * sd[k], 0.1 * scale);
-  while (excess(high) < 0.0 && high < 1e3 * scale) high *= 2.0;
-  interval.high = root(sd[k], high);
+  interval.low = floor;
+  if (sd[k] > floor) {
+    if (const double at_floor = excess(floor); at_floor > 0.0) {
+      interval.low = root(sd[k], floor, at_floor);
+    }
+  }
+  double high = std::max(2.0 * sd[k], 0.1 * scale), at_high = excess(high);
+  while (at_high <= 0.0 && high < 1e3 * scale) {
+    high *= 2.0;
+    at_high = excess(high);
+  }
+  interval.high = at_high > 0.0 ? root(sd[k], high, at_high) : high;
   if (residual && interval.low == floor) interval.low = 0.0;
   return interval;
 }

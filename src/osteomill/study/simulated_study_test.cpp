@@ -7,6 +7,7 @@
 #include <span>
 
 #include "osteomill/base/random.hpp"
+#include "osteomill/study/anova.hpp"
 #include "osteomill/study/diagnostics.hpp"
 #include "osteomill/study/forecast.hpp"
 #include "osteomill/study/intervals.hpp"
@@ -103,6 +104,69 @@ TEST(SimulatedStudy, ProfileIntervalsOfComponentsHoldTheTruth) {
   }
   expect_nominal(operators);
   expect_nominal(cuts);
+}
+
+TEST(SimulatedStudy, ProfileIntervalsHoldTheTruthWithCrossedSpecimensToo) {
+  int held[3] = {};
+  const double truth[3] = {kOperatorSd, kSpecimenSd, kCutSd};
+  for (int r = 0; r < kRepetitions; ++r) {
+    Random random(kSeed + 6, r);
+    const MixedModel fit = fit_mixed_model(simulate(random, 8, true).data);
+    for (int k = 0; k < 3; ++k) held[k] += holds(fit.components[k].sd_interval, truth[k]);
+  }
+  for (const int count : held) expect_nominal(count);
+}
+
+// Two techniques, operators with differences of their own, cells of unequal size: no difference of
+// the means is there to be found.
+TEST(SimulatedStudy, MixedModelRejectsAsOftenAsItSays) {
+  int rejected = 0;
+  for (int r = 0; r < kRepetitions; ++r) {
+    Random random(kSeed + 7, r);
+    MixedModelData data;
+    std::vector<double> y, technique;
+    Factor who{"operator", {}, {}}, crossed{"operator x technique", {}, {}};
+    for (int o = 0; o < 8; ++o) {
+      const double own = random.normal(0.0, kOperatorSd);
+      who.levels.emplace_back("o");
+      for (int t = 0; t < 2; ++t) {
+        const double with = random.normal(0.0, 0.3);
+        crossed.levels.emplace_back("c");
+        for (int c = 0; c < 4 + (3 * o + 5 * t) % 5; ++c) {
+          y.push_back(own + with + random.normal());
+          technique.push_back(t == 0 ? -1.0 : 1.0);
+          who.level.push_back(o);
+          crossed.level.push_back(2 * o + t);
+        }
+      }
+    }
+    const auto n = static_cast<Eigen::Index>(y.size());
+    data.y = Eigen::Map<Eigen::VectorXd>(y.data(), n);
+    data.x = Eigen::MatrixXd::Ones(n, 2);
+    data.x.col(1) = Eigen::Map<Eigen::VectorXd>(technique.data(), n);
+    data.random = {who, crossed};
+    const MixedModel fit = fit_mixed_model(data, {.intervals = false});
+    rejected += test_fixed_effect(data, fit, Eigen::RowVector2d(0.0, 1.0)).p < 0.05;
+  }
+  expect_nominal(kRepetitions - rejected);
+}
+
+TEST(SimulatedStudy, AdjustedMeansHoldTheTruth) {
+  int held = 0;
+  for (int r = 0; r < kRepetitions; ++r) {
+    Random random(kSeed + 8, r);
+    Eigen::VectorXd y(30), x(30);
+    Factor group{"g", {"a", "b"}, {}};
+    for (int i = 0; i < 30; ++i) {
+      group.level.push_back(i % 3 == 0);
+      x(i) = random.normal();
+      y(i) = 0.5 * x(i) + random.normal();
+    }
+    const Ancova ancova = analyse_covariance(y, {group}, {{"x", x}});
+    // At the covariate's mean of this study the truth is the line there.
+    held += holds(ancova.adjusted_means[0].interval, 0.5 * x.mean());
+  }
+  expect_nominal(held);
 }
 
 TEST(SimulatedStudy, IntervalsOfSdMeanRatioAndCorrelationHoldTheTruth) {
