@@ -186,12 +186,15 @@ void Remover::carve_layer(int z, Map& map, Totals& totals) {
     const int first = std::max(run.first, row.first);
     const int last = std::min(run.last, row.first + row.length - 1);
     if (first > last) continue;
-    Stock::Occupancy* occupancy = stock_.occupancy_.data() + row.start - row.first;
-    const std::uint16_t* material = stock_.material_.data() + row.start - row.first;
-    const Stock::Occupancy* fresh = swath_.fresh() + run.fresh - run.first;
+    const std::size_t begin = row.start + static_cast<std::size_t>(first - row.first);
+    Stock::Occupancy* occupancy = stock_.occupancy_.data() + begin;
+    const std::uint16_t* material = stock_.material_.data() + begin;
+    const Stock::Occupancy* fresh =
+        swath_.fresh() + run.fresh + static_cast<std::size_t>(first - run.first);
+    const int count = last - first + 1;
     std::uint32_t units = 0;
     map.start_run(run.y, first);
-    for (int x = first; x <= last; ++x) {
+    for (int x = 0; x < count; ++x) {
       // Without a branch while there is nothing to look up: old and new are mixed at the rim.
       const int taken = std::max(0, occupancy[x] - fresh[x]);
       occupancy[x] = std::min(occupancy[x], fresh[x]);

@@ -129,18 +129,19 @@ void Swath::add_run(const Interval& part, const Interval& all_gone, const Row& r
   if (run.first > run.last) return;
   run.fresh = fresh_.size();
   fresh_.resize(run.fresh + static_cast<std::size_t>(run.last - run.first + 1), 0);
-  Stock::Occupancy* fresh = fresh_.data() + run.fresh - run.first;
+  Stock::Occupancy* fresh = fresh_.data() + run.fresh;
+  const int length = run.last - run.first + 1;
   if (upright(z)) {
     // Between these all goes; only the rim has to be worked out.
-    const double low = all_gone.empty() ? kFar : all_gone.low;
-    const double high = all_gone.empty() ? -kFar : all_gone.high;
-    int x = run.first;
-    for (; x <= run.last && x < low; ++x) fresh[x] = level_occupancy(x, row);
-    if (x <= high) x = static_cast<int>(std::min<double>(run.last, high)) + 1;
-    for (; x <= run.last; ++x) fresh[x] = level_occupancy(x, row);
+    const double low = all_gone.empty() ? kFar : all_gone.low - run.first;
+    const double high = all_gone.empty() ? -kFar : all_gone.high - run.first;
+    int k = 0;
+    for (; k < length && k < low; ++k) fresh[k] = level_occupancy(run.first + k, row);
+    if (k <= high) k = static_cast<int>(std::min<double>(length - 1, high)) + 1;
+    for (; k < length; ++k) fresh[k] = level_occupancy(run.first + k, row);
   } else {
-    for (int x = run.first; x <= run.last; ++x)
-      fresh[x] = occupancy_at(swept_.distance(Vector3(x, row.y, z)));
+    for (int k = 0; k < length; ++k)
+      fresh[k] = occupancy_at(swept_.distance(Vector3(run.first + k, row.y, z)));
   }
   runs_.push_back(run);
 }
