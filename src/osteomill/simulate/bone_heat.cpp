@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/simulate/bone_heat.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
+
+namespace osteomill::simulate {
+
+namespace {
+
+using geometry::Vector3;
+constexpr double kMostCells = 2e7;
+constexpr double kDoseFrom = thermal::kZeroCelsius + 39.0;  // below, 1/256 of a minute a minute
+
+/// Cells of the temperature field: where the cutter goes, with a margin, as far as there is bone
+/// and a cell of air around it.
+struct Cells {
+  geometry::GridShape shape;
+  int factor = 1;
+  std::array<int, 3> first{};
+};
+
+Cells cells_of(const workpiece::Stock& stock, const cutting::Cutter& cutter,
+               const workpiece::ToolPath& path, const BoneHeatOptions& options) {
+  require_positive("heat.spacing_mm", options.spacing / units::mm, "mm");
+  require_non_negative("heat.margin_mm", options.margin / units::mm, "mm");
+  const geometry::GridShape& voxels = stock.shape();
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const workpiece::Move& move : path.moves()) {
+    if (move.kind != workpiece::MoveKind::cut) continue;
+    for (const Vector3& point : move.points_W) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+  }
+  const double around = cutter.radius + options.margin;
+  low -= Vector3(around, around, options.margin);
+  high += Vector3(around, around, std::numeric_limits<double>::infinity());
+  Cells cells;
+  cells.factor = std::max(1, static_cast<int>(std::lround(options.spacing / stock.spacing())));
+  const workpiece::Stock::Box box = stock.bone_box();
+  cells.shape.spacing = cells.factor * voxels.spacing;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<Eigen::Index>(axis);
+    const double origin = voxels.origin[a], h = voxels.spacing[a];
+    const double first =
+        std::max<double>(std::floor((low[a] - origin) / h), box.first[axis] - cells.factor);
+    const double last =
+        std::min<double>(std::ceil((high[a] - origin) / h), box.last[axis] + cells.factor);
+    cells.first[axis] = static_cast<int>(first);
+    cells.shape.size[axis] =
+        std::max(1, static_cast<int>(std::ceil((last - first + 1.0) / cells.factor)));
+    cells.shape.origin[a] = origin + h * (first + 0.5 * (cells.factor - 1));
+  }
+  const double count = static_cast<double>(cells.shape.count());
+  if (count > kMostCells)
+    throw InvalidInput(Fault{
+        "heat.spacing_mm", fmt::format("{:g} mm: {:.2g} cells", options.spacing / units::mm, count),
+        fmt::format("must make at most {:.0e} cells", kMostCells), "use a larger spacing"});
+  return cells;
+}
+
+struct Content {
+  double share = 0.0;    ///< of the cell that is bone
+  double density = 0.0;  ///< mean of the bone in it
+};
+
+Content content_of(const workpiece::Stock& stock, const std::array<int, 3>& first, int factor,
+                   int x, int y, int z) {
+  double share = 0.0, mass = 0.0;
+  for (int k = 0; k < factor; ++k)
+    for (int j = 0; j < factor; ++j)
+      for (int i = 0; i < factor; ++i) {
+        const int vx = first[0] + factor * x + i, vy = first[1] + factor * y + j,
+                  vz = first[2] + factor * z + k;
+        const double occupancy = stock.occupancy(vx, vy, vz);
+        if (occupancy == 0.0) continue;
+        share += occupancy;
+        mass += occupancy * stock.material(vx, vy, vz).density;
+      }
+  const double voxels = static_cast<double>(factor) * factor * factor;
+  return {share / voxels, share > 0.0 ? mass / share : 0.0};
+}
+
+thermal::HeatField field_over(const workpiece::Stock& stock, const Cells& cells,
+                              const thermal::HeatOptions& options) {
+  return thermal::HeatField(
+      cells.shape,
+      [&](int x, int y, int z) {
+        const Content content = content_of(stock, cells.first, cells.factor, x, y, z);
+        return content.share >= 0.5 ? thermal_material(content.density)
+                                    : thermal::ThermalMaterial{};
+      },
+      options);
+}
+
+}  // namespace
+
+thermal::ThermalMaterial thermal_material(double density) {
+  const double solid = std::clamp(density / 1900.0, 0.0, 1.0);
+  const double cortical = std::clamp((density - 400.0) / 1500.0, 0.0, 1.0);
+  return {0.29 + cortical * (0.55 - 0.29), density * 1300.0 + (1.0 - solid) * 2.2e6};
+}
+
+BoneHeat::BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
+                   const workpiece::ToolPath& path, const BoneHeatOptions& options)
+    : cutter_(cutter),
+      options_(options),
+      field_(field_over(stock, cells_of(stock, cutter, path, options), options.field)) {
+  const Cells cells = cells_of(stock, cutter, path, options);
+  factor_ = cells.factor;
+  first_voxel_ = cells.first;
+  peak_.assign(cells.shape.count(), static_cast<float>(options.field.initial_temperature));
+  dose_.assign(cells.shape.count(), 0.0f);
+  hottest_ = options.field.initial_temperature;
+}
+
+double BoneHeat::share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const {
+  return content_of(stock, first_voxel_, factor_, x, y, z).share;
+}
+
+void BoneHeat::take_away(const workpiece::Stock& stock, const Vector3& tip_W) {
+  const geometry::GridShape& shape = field_.shape();
+  const double reach = cutter_.radius + shape.spacing.x();
+  std::array<int, 3> first{}, last{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<Eigen::Index>(axis);
+    const double from = axis < 2 ? tip_W[a] - reach : tip_W[a] - shape.spacing[a];
+    const double to = axis < 2 ? tip_W[a] + reach : std::numeric_limits<double>::infinity();
+    first[axis] = static_cast<int>(
+        std::clamp((from - shape.origin[a]) / shape.spacing[a], 0.0, shape.size[axis] - 1.0));
+    last[axis] = static_cast<int>(
+        std::clamp((to - shape.origin[a]) / shape.spacing[a] + 1.0, 0.0, shape.size[axis] - 1.0));
+  }
+  for (int z = first[2]; z <= last[2]; ++z)
+    for (int y = first[1]; y <= last[1]; ++y)
+      for (int x = first[0]; x <= last[0]; ++x) {
+        if (!field_.is_bone(x, y, z) || share_of_bone(stock, x, y, z) >= 0.5) continue;
+        field_.remove(x, y, z);
+        cut_cells_.push_back({x, y, z});
+      }
+}
+
+void BoneHeat::make_patches(const cutting::Engagement& engagement) {
+  const double turn = 2.0 * std::numbers::pi / engagement.angles;
+  for (int slice = 0; slice < engagement.slices; ++slice)
+    for (int angle = 0; angle < engagement.angles; ++angle) {
+      const double z = (slice + 0.5) * engagement.slice_height;
+      const double theta = (angle + 0.5) * turn;
+      const double r = cutting::radius_at(cutter_, z);
+      const double kappa = cutting::axial_position_angle(cutter_, z);
+      Patch patch;
+      patch.p_T = Vector3(r * std::sin(theta), r * std::cos(theta), z);
+      patch.n_T = Vector3(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
+                          -std::cos(kappa));
+      patch.projected = r * turn * engagement.slice_height * std::max(0.0, std::sin(theta));
+      patches_.push_back(patch);
+    }
+}
+
+void BoneHeat::put_in(double heat, const Vector3& tip_W, const Vector3& x_T_W,
+                      const cutting::Engagement& engagement) {
+  if (patches_.empty()) make_patches(engagement);
+  const geometry::GridShape& shape = field_.shape();
+  const Vector3 y_T_W = Vector3::UnitZ().cross(x_T_W);
+  struct Target {
+    std::array<int, 3> cell;
+    double share;
+  };
+  std::vector<Target> targets;
+  double sum = 0.0;
+  for (std::size_t at = 0; at < patches_.size(); ++at) {
+    const double weight = engagement.weights[at];
+    if (!(weight > 0.0)) continue;
+    const Patch& patch = patches_[at];
+    // The bone beside the patch: half a cell or so into what is left.
+    for (const double depth : {0.5, 1.0, 1.5}) {
+      const Vector3 p_T = patch.p_T + depth * shape.spacing.x() * patch.n_T;
+      const Vector3 p_W = tip_W + p_T.x() * x_T_W + p_T.y() * y_T_W + p_T.z() * Vector3::UnitZ();
+      const Vector3 cell = (p_W - shape.origin).cwiseQuotient(shape.spacing).array().round();
+      const std::array<int, 3> c{static_cast<int>(cell.x()), static_cast<int>(cell.y()),
+                                 static_cast<int>(cell.z())};
+      if (!shape.contains(c[0], c[1], c[2]) || !field_.is_bone(c[0], c[1], c[2])) continue;
+      targets.push_back({c, weight * patch.projected});
+      sum += targets.back().share;
+      break;
+    }
+  }
+  if (targets.empty()) unplaced_heat_ += heat;
+  for (const Target& target : targets)
+    field_.add_heat(target.cell[0], target.cell[1], target.cell[2], heat * target.share / sum);
+}
+
+void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W, const Vector3& x_T_W,
+                       const cutting::Engagement& engagement, double work, double cutting_speed,
+                       double chip_thickness, double time) {
+  take_away(stock, tip_W);
+  const double chip =
+      thermal::chip_share(thermal::kCorticalBone.diffusivity(), options_.partition.shear_strain,
+                          cutting_speed, chip_thickness);
+  put_in(thermal::partition(std::max(0.0, work), 0.0, chip, options_.partition).bone, tip_W, x_T_W,
+         engagement);
+  rest(time);
+}
+
+void BoneHeat::rest(double time) {
+  field_.advance(time);
+  const geometry::GridShape& shape = field_.shape();
+  std::size_t at = 0;
+  for (int z = 0; z < shape.size[2]; ++z)
+    for (int y = 0; y < shape.size[1]; ++y)
+      for (int x = 0; x < shape.size[0]; ++x, ++at) {
+        if (!field_.is_bone(x, y, z)) continue;
+        const double temperature = field_.temperature(x, y, z);
+        peak_[at] = std::max(peak_[at], static_cast<float>(temperature));
+        hottest_ = std::max(hottest_, temperature);
+        if (temperature > kDoseFrom)
+          dose_[at] += static_cast<float>(thermal::cem43_minutes(temperature, time));
+      }
+}
+
+BoneHeatSummary BoneHeat::summary() const {
+  BoneHeatSummary summary;
+  summary.hottest = hottest_;
+  summary.hottest_left = options_.field.initial_temperature;
+  summary.heat_in_bone = field_.added_energy();
+  summary.unplaced_heat = unplaced_heat_;
+  const geometry::GridShape& shape = field_.shape();
+  double deepest_sq = 0.0;
+  std::size_t at = 0;
+  for (int z = 0; z < shape.size[2]; ++z)
+    for (int y = 0; y < shape.size[1]; ++y)
+      for (int x = 0; x < shape.size[0]; ++x, ++at) {
+        if (!field_.is_bone(x, y, z)) continue;
+        summary.hottest_left = std::max(summary.hottest_left, static_cast<double>(peak_[at]));
+        const double dose = static_cast<double>(dose_[at]);
+        summary.largest_dose = std::max(summary.largest_dose, dose);
+        if (dose < thermal::kBoneDamageCem43) continue;
+        summary.damaged_volume += shape.voxel_volume();
+        double nearest_sq = std::numeric_limits<double>::infinity();
+        for (const std::array<int, 3>& cut : cut_cells_)
+          nearest_sq =
+              std::min(nearest_sq, (Vector3(x - cut[0], y - cut[1], z - cut[2])).squaredNorm());
+        if (std::isfinite(nearest_sq)) deepest_sq = std::max(deepest_sq, nearest_sq);
+      }
+  // From the centre of a cell to that of the next cut one: half a cell of each.
+  summary.damaged_depth =
+      deepest_sq > 0.0 ? (std::sqrt(deepest_sq) - 0.5) * shape.spacing.x() : 0.0;
+  return summary;
+}
+
+}  // namespace osteomill::simulate

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "osteomill/cutting/cutter.hpp"
+#include "osteomill/cutting/engagement.hpp"
+#include "osteomill/thermal/heat_field.hpp"
+#include "osteomill/thermal/heat_partition.hpp"
+#include "osteomill/workpiece/stock.hpp"
+#include "osteomill/workpiece/tool_path.hpp"
+
+namespace osteomill::simulate {
+
+struct BoneHeatOptions {
+  double spacing = 0.4e-3;  ///< of the temperature field, m; rounded to whole voxels of the stock
+  double margin = 3e-3;     ///< of bone around what the cutter reaches, m
+  thermal::HeatOptions field;
+  thermal::PartitionOptions partition;
+};
+
+/// What heat did to the bone; temperatures in K.
+struct BoneHeatSummary {
+  double hottest = 0.0;         ///< of any bone at any time, what was cut later included
+  double hottest_left = 0.0;    ///< of the bone that is left, at any time
+  double largest_dose = 0.0;    ///< of the bone that is left, equivalent minutes at 43 °C
+  double damaged_volume = 0.0;  ///< of bone left with a dose of kBoneDamageCem43 or more, m³
+  double damaged_depth = 0.0;   ///< its largest distance from what was cut, m
+  double heat_in_bone = 0.0;    ///< put into bone, J
+  double unplaced_heat = 0.0;   ///< that found no bone beside the cutter, J
+};
+
+/// The temperature of a stock while it is milled, on cells of several voxels around the path.
+///
+/// All work of the spindle is taken as that of chip forming (an edge force is not told apart from
+/// it); the share of the bone (thermal::partition) goes into the bone just outside the patches that
+/// are in contact, by the volume that each cuts. A cell is bone while half of it is.
+class BoneHeat {
+ public:
+  BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
+           const workpiece::ToolPath& path, const BoneHeatOptions& options);
+
+  /// One stretch of time in which the tip came to `tip_W`. `work` is what the spindle gave, J;
+  /// `engagement` belongs to the tool frame with x along x_T_W; chip thickness is the mean one.
+  void advance(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
+               const geometry::Vector3& x_T_W, const cutting::Engagement& engagement, double work,
+               double cutting_speed, double chip_thickness, double time);
+  /// The same where nothing is cut.
+  void rest(double time);
+
+  const thermal::HeatField& field() const { return field_; }
+  BoneHeatSummary summary() const;
+
+ private:
+  struct Patch {
+    geometry::Vector3 p_T, n_T;
+    double projected = 0.0;  ///< on the feed, m²
+  };
+  void take_away(const workpiece::Stock& stock, const geometry::Vector3& tip_W);
+  void put_in(double heat, const geometry::Vector3& tip_W, const geometry::Vector3& x_T_W,
+              const cutting::Engagement& engagement);
+  void make_patches(const cutting::Engagement& engagement);
+  double share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const;
+
+  cutting::Cutter cutter_;
+  BoneHeatOptions options_;
+  int factor_ = 1;                    ///< voxels along a cell
+  std::array<int, 3> first_voxel_{};  ///< of the stock, in cell (0, 0, 0)
+  thermal::HeatField field_;
+  std::vector<Patch> patches_;
+  std::vector<float> peak_;  ///< K
+  std::vector<float> dose_;  ///< minutes
+  std::vector<std::array<int, 3>> cut_cells_;
+  double hottest_ = 0.0;
+  double unplaced_heat_ = 0.0;
+};
+
+/// Conduction in bone of an apparent density: k from 0.29 W/mK (cancellous, 400 kg/m³) to 0.55
+/// (cortical, 1900 kg/m³) in a straight line; solid at 1300 J/kgK, the rest marrow with 2.2 MJ/m³K.
+/// The two ends are from the literature, the line between them is assumed.
+thermal::ThermalMaterial thermal_material(double density);
+
+}  // namespace osteomill::simulate
