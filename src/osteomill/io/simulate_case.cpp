@@ -8,6 +8,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -310,6 +311,40 @@ void bind_machine(Section& section, simulate::Machine& machine) {
   });
 }
 
+void bind_heat(Section& section, std::optional<simulate::BoneHeatOptions>& heat) {
+  simulate::BoneHeatOptions options;
+  double initial = options.field.initial_temperature - thermal::kZeroCelsius;
+  double coolant = options.field.coolant_temperature - thermal::kZeroCelsius;
+  const Quantity celsius{1.0, "°C"}, plain_transfer{1.0, "W/(m² K)"}, sink{1.0, "W/(m³ K)"};
+  if (!section.table("heat", "temperature of the bone; absent: not worked out", Need::optional,
+                     [&](Section& s) {
+                       s.number("spacing_mm", options.spacing, kMm, up_to(5.0),
+                                "edge of a cell of the temperature field", Need::optional);
+                       s.number("margin_mm", options.margin, kMm, non_negative(),
+                                "bone around what the cutter reaches", Need::optional);
+                       s.number("initial_temperature_c", initial, celsius, between(-50, 100),
+                                "of the bone", Need::optional);
+                       s.number("coolant_temperature_c", coolant, celsius, between(-50, 100),
+                                "of the air or the irrigation", Need::optional);
+                       s.number("convection_w_per_m2_k", options.field.convection, plain_transfer,
+                                non_negative(),
+                                "at open bone: air 10, drip 100-1000, jet 1000-10000",
+                                Need::optional);
+                       s.number("perfusion_w_per_m3_k", options.field.perfusion, sink,
+                                non_negative(), "heat that blood carries off", Need::optional);
+                       s.number("rubbing_to_bone", options.partition.rubbing_to_bone, kPlain,
+                                between(0, 1), "share of the rubbing heat", Need::optional);
+                       s.number("shear_strain", options.partition.shear_strain, kPlain, positive(),
+                                "of the chip", Need::optional);
+                     })) {
+    return;
+  }
+  options.field.initial_temperature = initial + thermal::kZeroCelsius;
+  options.field.blood_temperature = options.field.initial_temperature;
+  options.field.coolant_temperature = coolant + thermal::kZeroCelsius;
+  heat = options;
+}
+
 /// What follows from several tables together.
 void complete(SimulateCase& made) {
   made.machine.period = made.controller.period;
@@ -341,7 +376,10 @@ void bind_simulate(Section& section, SimulateCase& to) {
   bind_stock(section, to.stock);
   bind_path(section, to.path, to.stock.profile, to.stock.kind);
   bind_cutter(section, to.cutter);
-  if (section.when(to.stock.kind != StockKind::line_profile)) bind_bone(section, to.bone);
+  if (section.when(to.stock.kind != StockKind::line_profile)) {
+    bind_bone(section, to.bone);
+    bind_heat(section, to.heat);
+  }
   bind_controller(section, to.controller, to.model_adaptive, to.model_options);
   bind_limits(section, to.controller.limits, to.force_limit);
   bind_machine(section, to.machine);

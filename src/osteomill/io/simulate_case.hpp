@@ -10,6 +10,7 @@
 
 #include "osteomill/control/feed_controller.hpp"
 #include "osteomill/io/cutting_section.hpp"
+#include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/line_profile.hpp"
 #include "osteomill/simulate/milling.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
@@ -70,8 +71,9 @@ struct SimulateCase {
   control::FeedController controller;
   bool model_adaptive = false;  ///< the controller's law is made from these
   control::ModelAdaptiveOptions model_options;
-  double force_limit = 30.0;        ///< N
-  nlohmann::ordered_json expanded;  ///< as read, with the defaults filled in
+  double force_limit = 30.0;                      ///< N
+  std::optional<simulate::BoneHeatOptions> heat;  ///< not with line-profile
+  nlohmann::ordered_json expanded;                ///< as read, with the defaults filled in
 };
 
 /// The tables [stock] [path] [controller] [limits] [machine] [cutter] [bone] of a case.

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "osteomill/base/units.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -45,6 +46,15 @@ Json document_of(const SimulatedRun& run) {
                    {"first_contact_s", summary.first_contact},
                    {"feed_work_j", summary.feed_work}};
   if (run.after) document["spindle_work_j"] = summary.spindle_work;
+  if (run.heat) {
+    const simulate::BoneHeatSummary& heat = *run.heat;
+    document["heat"] = {{"hottest_bone_c", heat.hottest - thermal::kZeroCelsius},
+                        {"hottest_bone_left_c", heat.hottest_left - thermal::kZeroCelsius},
+                        {"largest_dose_cem43_min", heat.largest_dose},
+                        {"damaged_volume_mm3", heat.damaged_volume / units::mm3},
+                        {"damaged_depth_mm", heat.damaged_depth / units::mm},
+                        {"heat_in_bone_j", heat.heat_in_bone}};
+  }
   document["steps"] = summary.steps;
   document["warnings"] = run.warnings;
   return document;

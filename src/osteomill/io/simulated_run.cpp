@@ -144,6 +144,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, SimulatedRun& r
   job.rapid_feed = input.path.rapid_feed;
   job.fibre_W = vector_of(input.fibre);
   job.sample_rate = input.machine.sample_rate;
+  job.heat = input.heat;
   simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
   run.before = made.stock;
   run.warnings = caveats_of(input.cutter, input.bone);
@@ -158,7 +159,13 @@ void mill_stock(const MadeStock& made, const Progress& progress, SimulatedRun& r
         by_density.reference.value, by_density.exponent.value));
   }
   run.warnings.insert(run.warnings.end(), made.remarks.begin(), made.remarks.end());
+  if (input.heat) {
+    run.warnings.push_back(
+        "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
+        "and cortical bone are assumed; all work of the spindle counts as that of chips");
+  }
   mill(workpiece, progress, run);
+  if (workpiece.heat() != nullptr) run.heat = workpiece.heat()->summary();
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ struct SimulatedRun {
   /// The bone before and after; none for a line profile. Runs of one stock share the first.
   std::shared_ptr<const workpiece::Stock> before;
   std::shared_ptr<const workpiece::Stock> after;
-  std::vector<std::string> warnings;  ///< what the reader of the result has to know
+  std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for
+  std::vector<std::string> warnings;              ///< what the reader of the result has to know
 };
 
 /// Runs the cases one after the other. When `progress` asks to stop, the run that was at work is

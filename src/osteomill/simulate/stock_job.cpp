@@ -15,6 +15,8 @@ using geometry::Vector3;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 // A trace of occupancy is no contact: a thousandth of a voxel in a period.
 constexpr double kLeastContact = 1e-3;
+// Mean chip over the feed per tooth in a slot: the mean of the sine over half a turn.
+constexpr double kMeanOfChip = 2.0 / std::numbers::pi;
 
 std::vector<int> lines_of(const workpiece::ToolPath& path) {
   std::vector<int> lines;
@@ -59,7 +61,9 @@ StockWorkpiece::StockWorkpiece(workpiece::Stock stock, StockJob job)
       remover_(stock_, job_.cutter),
       patches_(workpiece::patches_for(job_.cutter, stock_.spacing())),
       force_(job_.cutter, job_.law, patches_.angles, patches_.slices, patches_.slice_height),
-      lines_(lines_of(job_.path)) {}
+      lines_(lines_of(job_.path)) {
+  if (job_.heat) heat_.emplace(stock_, job_.cutter, job_.path, *job_.heat);
+}
 
 Place StockWorkpiece::at(double position) const {
   const workpiece::PathPoint point = job_.path.at(position);
@@ -108,16 +112,31 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
   const Place place = at(0.5 * (to + std::max(motion.from, to - 1e-9)));
   cut.direction_W = place.direction_W;
   cut.removed_volume = total.volume;
+  const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
   const bool touching = total.volume > kLeastContact * stock_.shape().voxel_volume();
   std::fill(cut.contacts.begin(), cut.contacts.end(), touching ? 1 : 0);
   if (!touching) {
     std::fill(cut.forces_W.begin(), cut.forces_W.end(), Vector3::Zero());
     std::fill(cut.torques.begin(), cut.torques.end(), 0.0);
+    if (heat_) heat_->rest(time);
     return;
   }
   cut.material = total.mass / total.volume;
-  const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
   sample_forces(motion, place, travelled / time, cut);
+  if (heat_) heat_bone(motion, place, travelled / time, cut);
+}
+
+void StockWorkpiece::heat_bone(const Motion& motion, const Place& place, double feed,
+                               const Cut& cut) {
+  double work = 0.0;
+  for (const double torque : cut.torques) {
+    work += torque * motion.spindle_speed * motion.sample_time;
+  }
+  const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
+  const double chip =
+      cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes) * kMeanOfChip;
+  heat_->advance(stock_, place.tip_W, remover_.x_T_W(), remover_.engagement(), work,
+                 motion.spindle_speed * job_.cutter.radius, chip, time);
 }
 
 void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, double feed,

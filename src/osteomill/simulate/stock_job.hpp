@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "osteomill/cutting/cutter.hpp"
 #include "osteomill/cutting/cutting_law.hpp"
 #include "osteomill/cutting/engaged_force.hpp"
+#include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/workpiece.hpp"
 #include "osteomill/workpiece/contact.hpp"
 #include "osteomill/workpiece/remover.hpp"
@@ -22,6 +24,7 @@ struct StockJob {
   double rapid_feed = 12e-3;                               ///< of the moves that are not cuts, m/s
   geometry::Vector3 fibre_W = geometry::Vector3::UnitX();  ///< direction of the bone's fibres, unit
   double sample_rate = 8000.0;  ///< of the force sensor, 1/s: how fine a revolution is worked out
+  std::optional<BoneHeatOptions> heat = {};  ///< none: temperatures are not worked out
 };
 
 /// A voxel stock milled along a tool path.
@@ -53,9 +56,12 @@ class StockWorkpiece final : public Workpiece {
   double largest_chip() const { return largest_chip_; }
   /// Bone that a move met inside the cutter, m³; see workpiece::Removal.
   double buried_volume() const { return buried_volume_; }
+  /// Of the bone so far; null when the job did not ask for it.
+  const BoneHeat* heat() const { return heat_ ? &*heat_ : nullptr; }
 
  private:
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
+  void heat_bone(const Motion& motion, const Place& place, double feed, const Cut& cut);
 
   workpiece::Stock stock_;
   StockJob job_;
@@ -66,6 +72,7 @@ class StockWorkpiece final : public Workpiece {
   std::vector<int> lines_;  ///< numbers of the path's lines, in order
   double largest_chip_ = 0.0;
   double buried_volume_ = 0.0;
+  std::optional<BoneHeat> heat_;
 };
 
 }  // namespace osteomill::simulate
