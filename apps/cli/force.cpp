@@ -256,7 +256,7 @@ Shown show_over(const io::CaseRun& run, const Over& over) {
   plot.x = {.label = key};
   plot.panels = {
       {.y = {.label = "force on the cutter, N"}, .series = {x, y, z, peak}},
-      {.y = {.label = "energy, J/mm^3", .low = 0.0}, .series = {energy}, .share_of_height = 0.6}};
+      {.y = {.label = "energy, J/mm³", .low = 0.0}, .series = {energy}, .share_of_height = 0.6}};
   plot.height = 560;
   shown.figures = {{"over", "Mean force, peak and specific energy.",
                     [plot](const std::filesystem::path& file) { io::draw(plot, file); }}};

@@ -59,7 +59,7 @@ double into_bone(const Condition& condition, double theta, double kappa) {
 template <class Node, class End>
 void for_each_node(const Cutter& cutter, const Condition& condition, const Immersion& immersion,
                    Node node, End end) {
-  static const numerics::QuadratureRule gathered = numerics::gauss_legendre_gathered(24);
+  static const numerics::QuadratureRule gathered = numerics::gauss_legendre_gathered(16);
   static const numerics::QuadratureRule two = numerics::gauss_legendre(2);
   const LateralBand bone = band(immersion, cutter);
   const Envelope envelope(cutter);

@@ -59,7 +59,7 @@ geometry::Vector3 edge_force(const CuttingLaw& law, double h, const geometry::Ve
                              const ProfilePoint& point);
 
 /// Mean over a revolution in a nominal cut, by Gauss quadrature between exact entry and exit.
-/// Relative error below 1e-6 for the laws here (edge laws have an infinite slope at h = 0, so the
+/// Relative error below 1e-5 for the laws here (edge laws have an infinite slope at h = 0, so the
 /// nodes are gathered at entry and exit).
 Load mean_load(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                const Immersion& immersion);
