@@ -136,7 +136,11 @@ std::vector<Figure> figures_of(const io::RobotPlaceCase& c, const Result& result
            "Largest gap over the place of the first axis; blank where a cut is out of "
            "reach or the guide would stand in bone",
            draw_map},
-          {"poses", "The robot at each cut, in the order of cutting", draw_poses}};
+          {"poses", "The robot at each cut, in the order of cutting", draw_poses},
+          {"sensitivity", "Gap of each cut when the first axis is off its best place",
+           [=](const std::filesystem::path& file) {
+             io::draw_sensitivity(c.robot, lines, result.placement, "Sensitivity: " + title, file);
+           }}};
 }
 
 Shown solve(const io::CaseRun& run, std::string& no_solution) {

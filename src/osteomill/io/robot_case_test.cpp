@@ -14,6 +14,7 @@
 #include "osteomill/io/catalogue.hpp"
 #include "osteomill/io/profile_drawing.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
+#include "osteomill/io/robot_drawing.hpp"
 #include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/text_file.hpp"
 
@@ -122,6 +123,24 @@ TEST(RobotCases, NameEveryFaultAtOnce) {
                 testing::AllOf(testing::HasSubstr("implant.size"),
                                testing::HasSubstr("robot.l1_mm"), testing::HasSubstr("sideways")));
   }
+}
+
+TEST(RobotDrawings, AreWrittenAsSvg) {
+  const robot::GuidePositioner positioner{.link1 = 60.0 * mm, .link2 = 30.0 * mm};
+  const robot::Profile profile = robot::profile_of(robot::generic_family(), 4);
+  const auto lines = robot::cut_lines(profile);
+  const robot::Placement best = robot::place(positioner, lines);
+  const robot::BoneOutline bone = robot::generic_bone(profile, 7.0 * mm);
+  const auto steps =
+      robot::plan_sequence(positioner, profile, {}, bone, best.axis_position, best.branches);
+  draw_poses(profile, {}, bone, best.axis_position, steps, "poses", scratch("poses.svg"));
+  draw_sensitivity(positioner, lines, best, "sensitivity", scratch("sensitivity.svg"));
+  draw_gap_map(robot::gap_map(positioner, lines, {-0.05, -0.02}, {0.0, 0.02}, 2.0 * mm), best,
+               Circle{best.axis_position, 2.0 * mm, "circle"}, "map", scratch("map.svg"));
+  for (const char* name : {"poses.svg", "sensitivity.svg", "map.svg"}) {
+    EXPECT_THAT(read_text_file(scratch(name)), testing::HasSubstr("</svg>")) << name;
+  }
+  EXPECT_THAT(read_text_file(scratch("poses.svg")), testing::HasSubstr("posterior chamfer"));
 }
 
 TEST(GuideRecord, ComesBackFromItsFile) {

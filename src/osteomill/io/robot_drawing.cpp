@@ -172,6 +172,38 @@ void draw_gap_map(const robot::GapMap& map, const robot::Placement& placement,
   draw(plot, path);
 }
 
+void draw_sensitivity(const robot::GuidePositioner& robot,
+                      const robot::PerCut<robot::CutLine>& lines, const robot::Placement& placement,
+                      const std::string& title, const std::filesystem::path& path) {
+  LinePlot plot;
+  plot.title = title;
+  plot.x.label = "off the best place, mm";
+  plot.height = 620;
+  const std::pair<const char*, Vector2> ways[] = {{"moved distally: gap, mm", Vector2::UnitX()},
+                                                  {"moved anteriorly: gap, mm", Vector2::UnitY()}};
+  for (const auto& [label, way] : ways) {
+    Panel panel;
+    panel.y.label = label;
+    panel.y.low = 0.0;
+    for (const robot::Cut cut : robot::kCuttingOrder) {
+      Series series;
+      series.label = plot.panels.empty() ? words(cut) : "";
+      series.colour = robot::index(cut);
+      for (double off = -5.0; off <= 10.0; off += 0.05) {
+        const auto gap =
+            robot::gap(robot, placement.axis_position + off * mm * way, lines[robot::index(cut)],
+                       placement.branches[robot::index(cut)]);
+        series.x.push_back(off);
+        series.y.push_back(gap && *gap >= 0.0 ? *gap / mm
+                                              : std::numeric_limits<double>::quiet_NaN());
+      }
+      panel.series.push_back(series);
+    }
+    plot.panels.push_back(panel);
+  }
+  draw(plot, path);
+}
+
 void draw_size_study(const robot::SizeStudy& study,
                      const std::vector<std::optional<double>>& surface,
                      const robot::LinkChoice& best, const std::string& title,

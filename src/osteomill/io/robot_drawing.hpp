@@ -31,6 +31,12 @@ void draw_gap_map(const robot::GapMap& map, const robot::Placement& placement,
                   const std::optional<Circle>& mark, const std::string& title,
                   const std::filesystem::path& path);
 
+/// The gap of each cut when the first axis is off its best place, distally and anteriorly; a curve
+/// ends where its cut leaves the workspace or the guide would stand in bone.
+void draw_sensitivity(const robot::GuidePositioner& robot,
+                      const robot::PerCut<robot::CutLine>& lines, const robot::Placement& placement,
+                      const std::string& title, const std::filesystem::path& path);
+
 /// A surface of the size study over the two lengths, and the best pair. [plaskos2006] fig. 4.11.
 void draw_size_study(const robot::SizeStudy& study,
                      const std::vector<std::optional<double>>& surface,
