@@ -15,8 +15,6 @@
 #include "osteomill/io/pending_file.hpp"
 #include "osteomill/io/text_file.hpp"
 
-extern char** environ;
-
 namespace osteomill::io::gnuplot {
 namespace {
 

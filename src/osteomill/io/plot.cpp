@@ -271,6 +271,7 @@ void draw(const HeatMap& map, const std::filesystem::path& path) {
     values = {-most, most};
   }
   std::vector<std::string> colours;
+  colours.reserve(stops(map.colours).size());
   for (std::size_t i = 0; i < stops(map.colours).size(); ++i)
     colours.push_back(fmt::format("{} '{}'", i, hex(stops(map.colours)[i])));
   script += fmt::format("set palette defined ({})\nset cbrange {}\n", fmt::join(colours, ", "),
@@ -378,6 +379,7 @@ void draw(const BarChart& chart, const std::filesystem::path& path) {
   }
   for (const Limit& limit : chart.limits) y.add(limit.y);
   std::vector<std::string> tics;
+  tics.reserve(chart.categories.size());
   for (std::size_t c = 0; c < chart.categories.size(); ++c)
     tics.push_back(fmt::format("{} {}", gnuplot::quoted(chart.categories[c]), c));
   std::string script = gnuplot::prologue(path, chart.width, chart.height);

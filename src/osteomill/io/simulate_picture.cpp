@@ -19,6 +19,9 @@ namespace {
 
 const geometry::Vector3 kTowardsWall(-0.3, -1.0, 0.45);  // of a profile's slab, from the eye's side
 
+// Large triangles on the flat sides of a slab would blur the zones of its profile.
+const SurfaceOptions kEveryVoxel{0.0};
+
 bool profiled(const SimulatedRun& run) { return run.input.stock.kind == StockKind::line_profile; }
 
 /// The path in bone, a line for each stretch between two of air.
@@ -93,9 +96,9 @@ RunSurfaces surfaces_of(const std::vector<SimulatedRun>& runs) {
     const SimulatedRun& run = runs[i];
     if (profiled(run)) {
       workpiece::Stock slab = slab_of(run.input.stock.profile);
-      surfaces.before.push_back(surface_of(slab));
+      surfaces.before.push_back(surface_of(slab, kEveryVoxel));
       mill_slab(run.steps, run.input.cutter.cutter, slab);
-      surfaces.after.push_back(surface_of(slab));
+      surfaces.after.push_back(surface_of(slab, kEveryVoxel));
       continue;
     }
     if (i > 0 && run.before && run.before == runs[i - 1].before)
