@@ -213,5 +213,19 @@ TEST(SimulateCase, RefusesBadInputWithTheKeyAndTheRule) {
   EXPECT_THAT(refusal("stock.colour=7"), testing::HasSubstr("no known key"));
 }
 
+TEST(SimulateCase, HeatIsReadInCelsiusAndAbsentWhenNotAskedFor) {
+  const std::filesystem::path cranium = OSTEOMILL_SOURCE_DIR "/examples/cranium_ct.toml";
+  for (const SimulateCase& run : read_simulate_cases(read_case(cranium, {})))
+    EXPECT_FALSE(run.heat.has_value());
+  for (const SimulateCase& run : read_simulate_cases(
+           read_case(cranium, {"heat.coolant_temperature_c=20", "heat.spacing_mm=0.5"}))) {
+    ASSERT_TRUE(run.heat.has_value());
+    EXPECT_DOUBLE_EQ(run.heat->field.coolant_temperature, 293.15);
+    EXPECT_DOUBLE_EQ(run.heat->field.initial_temperature, 310.15);
+    EXPECT_DOUBLE_EQ(run.heat->spacing, 0.5e-3);
+  }
+  EXPECT_THROW(read_simulate_cases(read_case(cranium, {"heat.spacing_mm=-1"})), InvalidInput);
+}
+
 }  // namespace
 }  // namespace osteomill::io
