@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "documents.hpp"
+#include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/plot.hpp"
 #include "osteomill/io/vibration_case.hpp"
@@ -113,8 +114,68 @@ void draw_shapes(const Result& result, const io::ModesCase& one,
   io::draw(plot, file);
 }
 
+Json document_of(const vibration::Estimate& estimate, double unit) {
+  return {{"value", estimate.value / unit}, {"standard_error", estimate.standard_error / unit}};
+}
+
+void draw_frf(const vibration::MeasuredFrf& frf, const vibration::ModalFit& fit,
+              const std::filesystem::path& file) {
+  io::Series real{.label = "measured", .x = frf.frequency_hz, .y = {}, .mark = io::Mark::points};
+  io::Series imaginary = real;
+  io::Series real_fit{.label = "fit", .x = frf.frequency_hz, .y = {}}, imaginary_fit = real_fit;
+  imaginary.label = imaginary_fit.label = "";
+  std::vector<vibration::Mode> modes;
+  for (const auto& mode : fit.modes) modes.push_back(mode.mode(1.0, 0.0));
+  for (std::size_t i = 0; i < frf.frequency_hz.size(); ++i) {
+    const auto h = vibration::tip_receptance(modes, frf.frequency_hz[i]).xx;
+    real.y.push_back(frf.receptance[i].real() / units::um);
+    imaginary.y.push_back(frf.receptance[i].imag() / units::um);
+    real_fit.y.push_back(h.real() / units::um);
+    imaginary_fit.y.push_back(h.imag() / units::um);
+  }
+  const double high = 2.0 * fit.modes.back().frequency_hz.value;
+  io::LinePlot plot{
+      .title = "Measured receptance of the tip",
+      .x = {.label = "frequency, Hz", .low = 0.0, .high = std::min(high, frf.frequency_hz.back())},
+      .panels = {{.y = {.label = "real, um/N"}, .series = {real, real_fit}},
+                 {.y = {.label = "imaginary, um/N"}, .series = {imaginary, imaginary_fit}}},
+      .height = 640};
+  if (frf.blows > 1) {
+    plot.panels.push_back({.y = {.label = "coherence", .low = 0.0, .high = 1.05},
+                           .series = {{"", frf.frequency_hz, frf.coherence}},
+                           .share_of_height = 0.5});
+  }
+  io::draw(plot, file);
+}
+
+Shown show_impact(const io::ImpactCase& impact, const nlohmann::ordered_json& expanded) {
+  const vibration::ModalFit fit = vibration::fit_modes(impact.frf, impact.fit);
+  if (!fit.converged) throw NoSolution("modal fit: " + fit.status);
+  Shown shown{.document = {{"method", "impact-test"}}, .expanded = expanded, .rows = {}};
+  Json& frequencies = shown.document["natural_frequencies_hz"] = Json::array();
+  Json& modes = shown.document["modes"] = Json::array();
+  shown.rows = {{"mode", "frequency, Hz", "stiffness, N/mm", "damping ratio"}};
+  const auto cell = [](const vibration::Estimate& e, double unit) {
+    return fmt::format("{:.5g} +- {:.2g}", e.value / unit, e.standard_error / unit);
+  };
+  for (const vibration::FittedMode& mode : fit.modes) {
+    frequencies.push_back(mode.frequency_hz.value);
+    modes.push_back({{"frequency_hz", document_of(mode.frequency_hz, 1.0)},
+                     {"stiffness_n_per_mm", document_of(mode.stiffness, units::n_per_mm)},
+                     {"damping_ratio", document_of(mode.damping_ratio, 1.0)}});
+    shown.rows.push_back({fmt::format("{}", shown.rows.size()), cell(mode.frequency_hz, 1.0),
+                          cell(mode.stiffness, units::n_per_mm), cell(mode.damping_ratio, 1.0)});
+  }
+  shown.document["residual_rms_um_per_n"] = fit.residual_rms / units::um;
+  shown.sentences = {"+- is one standard error"};
+  shown.figures = {{"receptance", "Receptance and coherence of the impact test with the fit",
+                    [=](const auto& file) { draw_frf(impact.frf, fit, file); }}};
+  return shown;
+}
+
 Shown show(const io::CaseRun& run) {
   const io::ModesCase one = io::read_modes_case(run);
+  if (one.impact) return show_impact(*one.impact, one.expanded);
   const Result result = solve(one);
   return {.document = document_of(result, one),
           .expanded = one.expanded,

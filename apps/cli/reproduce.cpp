@@ -22,8 +22,10 @@ struct Source {
 const std::vector<Source>& sources() {
   static const std::vector<Source> list = {{"plaskos2002", reproduce_plaskos2002},
                                            {"plaskos2002", reproduce_cutting_study},
+                                           {"plaskos2002", reproduce_plaskos2002_accuracy},
                                            {"plaskos2006", reproduce_plaskos2006},
                                            {"plaskos2006", reproduce_plaskos2006_robot},
+                                           {"plaskos2006", reproduce_plaskos2006_accuracy},
                                            {"tian2023", reproduce_tian2023}};
   return list;
 }

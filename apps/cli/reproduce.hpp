@@ -34,5 +34,8 @@ void reproduce_tian2023(std::vector<Reproduced>& list);
 void reproduce_cutting_study(std::vector<Reproduced>& list);
 /// Robot and calibration: chapters 4 and 5.
 void reproduce_plaskos2006_robot(std::vector<Reproduced>& list);
+/// Beams, deflection, alignment.
+void reproduce_plaskos2002_accuracy(std::vector<Reproduced>& list);
+void reproduce_plaskos2006_accuracy(std::vector<Reproduced>& list);
 
 }  // namespace osteomill::cli

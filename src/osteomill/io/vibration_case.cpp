@@ -9,6 +9,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/io/vibration_records.hpp"
 #include "osteomill/vibration/linearised_cut.hpp"
 
 namespace osteomill::io {
@@ -21,6 +22,55 @@ constexpr Quantity kRpm{units::rpm, "rpm"};
 constexpr Quantity kDeg{units::deg, "deg"};
 constexpr Quantity kNPerMm{units::n_per_mm, "N/mm"};
 constexpr Quantity kNPerMm2{units::n_per_mm2, "N/mm2"};
+
+struct ImpactTables {
+  std::vector<std::string> records;
+  std::filesystem::path frf;
+  FrfOptions options;
+  ModalFitOptions fit;
+};
+
+void bind_impact(Section& section, ImpactTables& tables) {
+  section.table("impact", "impact test, in place of a [beam]", Need::required, [&](Section& s) {
+    s.texts("records", tables.records,
+            "files of hammer blows: time_s, force_n, displacement_um or acceleration_m_per_s2",
+            Need::optional);
+    s.file("frf", tables.frf,
+           "file of a frequency response: frequency_hz, real_um_per_n, imaginary_um_per_n, "
+           "coherence",
+           Need::optional);
+    if (tables.records.empty() == tables.frf.empty()) {
+      s.fault("records", "needs either records or frf");
+    }
+    s.choice<FrfEstimator>(
+        "estimator", tables.options.estimator, {{"h1", FrfEstimator::h1}, {"h2", FrfEstimator::h2}},
+        "h1: noise on the response averages out; h2: on the force", Need::optional);
+    s.number("window_end", tables.options.window_end, {}, Range{1e-6, 1.0},
+             "end of an exponential window over its beginning; 1: none", Need::optional);
+    s.number("force_window_ms", tables.options.force_window, {units::ms, "ms"}, non_negative(),
+             "kept on both sides of the blow's top; 0: all", Need::optional);
+    s.number("low_hz", tables.fit.low_hz, {1.0, "Hz"}, non_negative(), "lower end of the fit",
+             Need::optional);
+    s.number("high_hz", tables.fit.high_hz, {1.0, "Hz"}, non_negative(),
+             "upper end of the fit; 0: all", Need::optional);
+    s.integer("modes", tables.fit.modes, between(1, 20), "modes to fit", Need::optional);
+  });
+}
+
+ImpactCase impact_of(const ImpactTables& tables, const std::filesystem::path& directory) {
+  ImpactCase impact{.frf = {}, .fit = tables.fit};
+  if (!tables.frf.empty()) {
+    impact.frf = read_frf(tables.frf);
+    return impact;
+  }
+  FrfOptions options = tables.options;
+  std::vector<ImpactRecord> records;
+  for (const std::string& name : tables.records) {
+    records.push_back(read_impact_record(directory / name, options.response));
+  }
+  impact.frf = estimate_frf(records, options);
+  return impact;
+}
 
 void bind_options(Section& section, ModesCase& one) {
   section.table("options", "how to solve", Need::optional, [&](Section& s) {
@@ -260,18 +310,26 @@ void bind_structure(Section& section, StructureCase& structure) {
 
 void bind_modes(Section& section) {
   ModesCase one;
+  ImpactTables impact;
+  bind_impact(section, impact);
   bind_beam(section, one.beam);
   bind_options(section, one);
 }
 
 ModesCase read_modes_case(const CaseRun& run) {
   ModesCase one;
+  ImpactTables impact;
+  const bool measured = run.tree.values.contains("impact");
   one.expanded = Section::read(run, [&](Section& section) {
-    one.beam = {};
+    if (measured) return bind_impact(section, impact);
     bind_beam(section, one.beam);
     bind_options(section, one);
   });
-  check(one.beam);
+  if (measured) {
+    one.impact = impact_of(impact, run.directory);
+  } else {
+    check(one.beam);
+  }
   return one;
 }
 

@@ -9,6 +9,7 @@
 #include "osteomill/io/cutting_section.hpp"
 #include "osteomill/vibration/beam.hpp"
 #include "osteomill/vibration/beam_elements.hpp"
+#include "osteomill/vibration/frequency_response.hpp"
 #include "osteomill/vibration/modal.hpp"
 #include "osteomill/vibration/regeneration.hpp"
 #include "osteomill/vibration/stability.hpp"
@@ -22,8 +23,15 @@ class Section;
 /// [beam]
 void bind_beam(Section& section, vibration::Beam& beam);
 
-/// `osteomill modes`: a beam and how to solve it.
+/// [impact]: measured dynamics in place of a beam.
+struct ImpactCase {
+  vibration::MeasuredFrf frf;
+  vibration::ModalFitOptions fit;
+};
+
+/// `osteomill modes`: a beam and how to solve it, or an impact test.
 struct ModesCase {
+  std::optional<ImpactCase> impact;
   vibration::Beam beam;
   bool exact = true;
   vibration::ElementOptions elements;

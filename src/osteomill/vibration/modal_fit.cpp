@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "osteomill/base/error.hpp"
-#include "osteomill/vibration/impact_test.hpp"
+#include "osteomill/vibration/frequency_response.hpp"
 
 namespace osteomill::vibration {
 namespace {

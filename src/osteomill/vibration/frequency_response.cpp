@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "osteomill/vibration/impact_test.hpp"
+#include "osteomill/vibration/frequency_response.hpp"
 
 #include <fmt/format.h>
 
