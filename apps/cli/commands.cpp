@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command.hpp"
 #include "osteomill/io/accuracy_case.hpp"
+#include "osteomill/io/control_case.hpp"
 #include "osteomill/io/force_case.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
 #include "osteomill/io/robot_case.hpp"
@@ -13,6 +14,7 @@ namespace osteomill::cli {
 
 void add_catalogue(CLI::App& program);
 void add_deflect(CLI::App& program);
+void add_control(CLI::App& program);
 void add_force(CLI::App& program);
 void add_modes(CLI::App& program);
 void add_reproduce(CLI::App& program);
@@ -35,6 +37,7 @@ const std::vector<Command>& commands() {
   static const std::vector<Command> list = {
       {"catalogue", add_catalogue, {}},
       {"deflect", add_deflect, io::bind_deflect},
+      {"control", add_control, io::bind_control_keys},
       {"force", add_force, io::bind_force},
       {"modes", add_modes, io::bind_modes},
       {"reproduce", add_reproduce, {}},

@@ -38,4 +38,7 @@ void reproduce_plaskos2006_robot(std::vector<Reproduced>& list);
 void reproduce_plaskos2002_accuracy(std::vector<Reproduced>& list);
 void reproduce_plaskos2006_accuracy(std::vector<Reproduced>& list);
 
+/// Control: [sugita2009].
+void reproduce_sugita2009(std::vector<Reproduced>& list);
+
 }  // namespace osteomill::cli

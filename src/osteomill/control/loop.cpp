@@ -4,26 +4,78 @@
 #include <algorithm>
 
 namespace osteomill::control {
+namespace {
 
-LoopEnd run(Plant& plant, const FeedController& controller, const LoopOptions& options,
-            const Progress& progress) {
+constexpr int kLongestStop = 100;  // control periods until a stopped plant is taken to rest
+
+SupervisorInput input_of(const Observation& seen, const FeedCommand& command,
+                         double compute_time) noexcept {
+  SupervisorInput input;
+  input.clock = seen.time;
+  input.sample_clock = seen.sample_time;
+  input.mean_force = seen.mean_force;
+  input.peak_force = seen.peak_force;
+  input.torque = seen.mean_torque;
+  input.tooth_line = seen.tooth_line;
+  input.revolution_line = seen.revolution_line;
+  input.feed = seen.feed;
+  input.command = command.feed;
+  input.compute_time = compute_time;
+  return input;
+}
+
+void come_to_rest(Plant& plant, double feed) {
+  for (int i = 0; i < kLongestStop && feed > 0.05e-3; ++i) feed = plant.advance({}).feed;
+}
+
+}  // namespace
+
+LoopSummary run(Plant& plant, const FeedController& controller, const LoopOptions& options,
+                const Progress& progress) {
   check(controller);
+  if (options.supervisor) check(*options.supervisor);
+  LoopSummary done;
   ControllerState state;
+  SupervisorState watch;
   state.feed = options.first_feed;
   double moved_at = 0.0;
+  double compute_time = 0.0;
   int periods = 0;
   for (Observation seen = plant.start(); !seen.finished; ++periods) {
-    const ControlStep next = step(controller, state, seen);
+    const double begin = options.clock ? options.clock() : 0.0;
+    ControlStep next = step(controller, state, seen);
+    if (options.supervisor) {
+      const SupervisorStep verdict =
+          supervise(*options.supervisor, watch,
+                    input_of(seen, next.command, options.real_time ? compute_time : 0.0));
+      watch = verdict.state;
+      if (verdict.tripped) {
+        done.events.push_back({seen.time, watch.cause, watch.value, watch.limit});
+        come_to_rest(plant, seen.feed);
+        done.end = LoopEnd::supervisor;
+        return done;
+      }
+    }
+    if (options.clock) {
+      compute_time = options.clock() - begin;
+      done.compute_times.push_back(compute_time);
+      if (compute_time > controller.period) ++done.overruns;
+    }
     state = next.state;
     seen = plant.advance(next.command);
     if (next.command.feed > 0.0) moved_at = seen.time;
-    if (seen.time - moved_at > options.patience) return LoopEnd::stalled;
+    if (seen.time - moved_at > options.patience) {
+      done.end = LoopEnd::stalled;
+      return done;
+    }
     if (periods % 50 == 0 &&
         !go_on(progress, "milling", std::min(1.0, seen.position / options.path_length))) {
-      return LoopEnd::stopped;
+      done.end = LoopEnd::stopped;
+      return done;
     }
   }
-  return LoopEnd::finished;
+  done.end = LoopEnd::finished;
+  return done;
 }
 
 }  // namespace osteomill::control

@@ -16,6 +16,9 @@ struct Observation {
   double mean_force = 0.0;       ///< mean of the sampled magnitude over whole revolutions, N
   double peak_force = 0.0;       ///< largest sampled magnitude of the period, N
   double mean_torque = 0.0;      ///< N m
+  double tooth_line = 0.0;       ///< amplitude of the magnitude at the tooth frequency, N
+  double revolution_line = 0.0;  ///< at the spindle's frequency, N
+  double sample_time = 0.0;      ///< of the newest sample, s
   /// Along the path to the nearest predicted entry into bone, m: positive before it, negative past
   /// it until the next entry is nearer; infinite when none is predicted.
   double to_contact = std::numeric_limits<double>::infinity();

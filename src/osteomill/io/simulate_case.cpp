@@ -345,9 +345,16 @@ void bind_heat(Section& section, std::optional<simulate::BoneHeatOptions>& heat)
   heat = options;
 }
 
-/// What follows from several tables together.
+}  // namespace
+
+void prepare(SimulateCase& to, const CaseRun& run) {
+  to.name = run.name;
+  to.machine.servo = kDefaultServo;
+}
+
 void complete(SimulateCase& made) {
   made.machine.period = made.controller.period;
+  made.machine.flutes = made.cutter.cutter.flutes;
   made.machine.spindle_speed = made.path.spindle_speed;
   if (control::SugitaLoop* loop = std::get_if<control::SugitaLoop>(&made.controller.law)) {
     loop->full_feed = made.controller.limits.highest;
@@ -369,8 +376,6 @@ void complete(SimulateCase& made) {
   faults.gather([&] { control::check(made.controller); });
   faults.raise();
 }
-
-}  // namespace
 
 void bind_simulate(Section& section, SimulateCase& to) {
   bind_stock(section, to.stock);
@@ -396,8 +401,7 @@ std::vector<SimulateCase> read_simulate_cases(const std::vector<CaseRun>& runs) 
   for (const CaseRun& run : runs) {
     faults.gather([&] {
       SimulateCase made;
-      made.name = run.name;
-      made.machine.servo = kDefaultServo;
+      prepare(made, run);
       made.expanded = Section::read(run, [&](Section& section) { bind_simulate(section, made); });
       complete(made);
       cases.push_back(std::move(made));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "osteomill/control/feed_controller.hpp"
+#include "osteomill/control/supervisor.hpp"
 #include "osteomill/io/cutting_section.hpp"
 #include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/line_profile.hpp"
@@ -71,6 +72,8 @@ struct SimulateCase {
   control::FeedController controller;
   bool model_adaptive = false;  ///< the controller's law is made from these
   control::ModelAdaptiveOptions model_options;
+  std::optional<control::SupervisorLimits> supervisor;  ///< with `osteomill control`
+  std::string variant_of;                         ///< name of the run that it varies; or empty
   double force_limit = 30.0;                      ///< N
   std::optional<simulate::BoneHeatOptions> heat;  ///< not with line-profile
   nlohmann::ordered_json expanded;                ///< as read, with the defaults filled in
@@ -78,6 +81,10 @@ struct SimulateCase {
 
 /// The tables [stock] [path] [controller] [limits] [machine] [cutter] [bone] of a case.
 void bind_simulate(Section& section, SimulateCase& to);
+
+/// What a case has before its tables are read, and what follows from them together afterwards.
+void prepare(SimulateCase& to, const CaseRun& run);
+void complete(SimulateCase& made);
 
 /// The same for `osteomill schema`.
 void bind_simulate_keys(Section& section);

@@ -93,7 +93,7 @@ std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& 
 
 const SimulatedRun* constant_feed_beside(const std::vector<SimulatedRun>& runs,
                                          const SimulatedRun& run) {
-  if (constant(run)) return nullptr;
+  if (constant(run) || !run.input.variant_of.empty()) return nullptr;
   const auto other = std::find_if(runs.begin(), runs.end(), [&](const SimulatedRun& base) {
     return constant(base) && job_of(base) == job_of(run);
   });
@@ -121,7 +121,10 @@ std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs) {
 Json case_of(const std::vector<SimulatedRun>& runs) {
   Json list = Json::array();
   for (const SimulatedRun& run : runs) {
-    Json one = {{"name", run.input.name}};
+    // Variants are made again from the run that they vary.
+    const std::string& name = run.input.variant_of.empty() ? run.input.name : run.input.variant_of;
+    if (!list.empty() && list.back().at("name") == name) continue;
+    Json one = {{"name", name}};
     one.update(run.input.expanded);
     list.push_back(std::move(one));
   }

@@ -28,6 +28,9 @@ class SimulatedPlant final : public control::Plant {
     seen.mean_force = report.mean_force;
     seen.peak_force = report.peak_force;
     seen.mean_torque = report.mean_torque;
+    seen.tooth_line = report.tooth_line;
+    seen.revolution_line = report.revolution_line;
+    seen.sample_time = report.time;
     seen.to_contact = report.to_contact;
     seen.entering = report.entering;
     seen.finished = report.finished;

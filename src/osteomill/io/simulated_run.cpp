@@ -110,21 +110,30 @@ simulate::Status status_of(control::LoopEnd end) {
     case control::LoopEnd::stopped:
       return simulate::Status::stopped;
     case control::LoopEnd::stalled:
+      return simulate::Status::stalled;
+    case control::LoopEnd::supervisor:
+      return simulate::Status::supervisor;
+    case control::LoopEnd::not_run:
       break;
   }
-  return simulate::Status::stalled;
+  return simulate::Status::not_run;
 }
 
-void mill(simulate::Workpiece& workpiece, const Progress& progress, SimulatedRun& run) {
+void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOptions& how,
+          SimulatedRun& run) {
   const SimulateCase& input = run.input;
   simulate::Milling milling(workpiece, input.machine, input.force_limit);
   SimulatedPlant plant(milling);
   control::LoopOptions options;
   options.first_feed = input.machine.start_feed;
   options.path_length = workpiece.length();
-  const control::LoopEnd end = control::run(plant, input.controller, options, progress);
+  options.supervisor = input.supervisor;
+  options.clock = how.clock;
+  options.real_time = how.real_time;
+  control::Plant& seen = how.wrap ? how.wrap(plant, input.controller.period) : plant;
+  run.loop = control::run(seen, input.controller, options, progress);
   run.steps = milling.steps();
-  run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(end));
+  run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(run.loop.end));
   run.material_key = workpiece.material_key();
   run.material_unit = workpiece.material_unit();
   if (run.summary.status == simulate::Status::stalled) {
@@ -135,7 +144,8 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, SimulatedRun
   }
 }
 
-void mill_stock(const MadeStock& made, const Progress& progress, SimulatedRun& run) {
+void mill_stock(const MadeStock& made, const Progress& progress, const RunOptions& how,
+                SimulatedRun& run) {
   SimulateCase& input = run.input;
   simulate::StockJob job{input.cutter.cutter, input.bone.law, make_path(input)};
   for (const workpiece::Move& move : job.path.moves()) {
@@ -164,7 +174,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, SimulatedRun& r
         "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
         "and cortical bone are assumed; all work of the spindle counts as that of chips");
   }
-  mill(workpiece, progress, run);
+  mill(workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) run.heat = workpiece.heat()->summary();
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());
 }
@@ -172,7 +182,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, SimulatedRun& r
 }  // namespace
 
 std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases,
-                                          const Progress& progress) {
+                                          const Progress& progress, const RunOptions& options) {
   std::vector<SimulatedRun> runs;
   std::map<std::string, MadeStock> stocks;  // by what they are made from
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -184,7 +194,7 @@ std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases
     run.input = cases[i];
     if (run.input.stock.kind == StockKind::line_profile) {
       simulate::LineProfileWorkpiece workpiece(run.input.stock.profile);
-      mill(workpiece, share_of_all, run);
+      mill(workpiece, share_of_all, options, run);
     } else {
       const std::string key =
           run.input.expanded.at("stock").dump() + run.input.expanded.at("bone").dump();
@@ -193,7 +203,7 @@ std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases
         if (!share_of_all("making the stock", 0.0)) break;
         made = stocks.emplace(key, make_stock(run.input)).first;
       }
-      mill_stock(made->second, share_of_all, run);
+      mill_stock(made->second, share_of_all, options, run);
     }
     runs.push_back(std::move(run));
     if (runs.back().summary.status == simulate::Status::stopped) break;

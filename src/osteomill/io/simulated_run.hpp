@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "osteomill/base/progress.hpp"
+#include "osteomill/control/loop.hpp"
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/simulate/summary.hpp"
 #include "osteomill/workpiece/stock.hpp"
 
 namespace osteomill::io {
+
+/// How runs are run.
+struct RunOptions {
+  std::function<double()> clock;  ///< s, for the compute times; none: not measured
+  /// The plant that the loop sees in place of the simulated one: that one in real time or recorded.
+  /// It must outlive the run. None: the simulated one.
+  std::function<control::Plant&(control::Plant& plant, double period)> wrap;
+  bool real_time = false;  ///< the wrapped plant is: see control::LoopOptions
+};
 
 /// A run that is over, whole or as far as it came.
 struct SimulatedRun {
@@ -23,6 +34,7 @@ struct SimulatedRun {
   /// The bone before and after; none for a line profile. Runs of one stock share the first.
   std::shared_ptr<const workpiece::Stock> before;
   std::shared_ptr<const workpiece::Stock> after;
+  control::LoopSummary loop;
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for
   std::vector<std::string> warnings;              ///< what the reader of the result has to know
 };
@@ -30,6 +42,7 @@ struct SimulatedRun {
 /// Runs the cases one after the other. When `progress` asks to stop, the run that was at work is
 /// kept as far as it came, with status `stopped`, and the rest is not begun.
 std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases,
-                                          const Progress& progress = {});
+                                          const Progress& progress = {},
+                                          const RunOptions& options = {});
 
 }  // namespace osteomill::io

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <numeric>
 
@@ -68,6 +69,17 @@ double Milling::window_mean() const {
   return std::accumulate(window_.begin(), window_.end(), 0.0) / static_cast<double>(window_.size());
 }
 
+double Milling::window_line(int per_revolution) const {
+  // The window holds whole revolutions, so a line is one term of its Fourier series.
+  std::complex<double> sum = 0.0;
+  const double turn = machine_.spindle_speed * per_revolution / machine_.sample_rate;
+  for (std::size_t i = 0; i < window_.size(); ++i) {
+    sum += window_[(window_at_ + i) % window_.size()] *
+           std::polar(1.0, -turn * static_cast<double>(i));
+  }
+  return 2.0 * std::abs(sum) / static_cast<double>(window_.size());
+}
+
 Report Milling::report() const {
   Report seen;
   seen.time = steps_.empty() ? 0.0 : steps_.back().time;
@@ -77,6 +89,8 @@ Report Milling::report() const {
   seen.mean_force = reported_.back().mean;
   seen.peak_force = reported_.back().peak;
   if (!steps_.empty()) seen.mean_torque = steps_.back().mean_torque;
+  seen.tooth_line = window_line(machine_.flutes);
+  seen.revolution_line = machine_.flutes == 1 ? 0.0 : window_line(1);
   seen.to_contact = workpiece_.to_contact(state_.integral);
   seen.entering = workpiece_.entering(state_.integral);
   seen.finished = finished();

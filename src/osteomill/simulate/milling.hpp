@@ -19,6 +19,7 @@ struct Machine {
   double sample_rate = 8000.0;                    ///< of the force sensor, 1/s
   double start_feed = 3e-3;                       ///< m/s
   double force_noise = 0.0;  ///< standard deviation on each mean force that is reported, N
+  int flutes = 2;            ///< of the cutter: where the tooth line of the spectrum is
   int delay_updates = 1;     ///< control periods from the force to the feed that it sets
   std::uint64_t seed = 1;    ///< of the noise
 };
@@ -42,6 +43,8 @@ struct Report {
   double mean_force = 0.0;  ///< of the magnitude, over whole revolutions; noise and delay included
   double peak_force = 0.0;  ///< of the same period as mean_force; noise and delay included
   double mean_torque = 0.0;
+  double tooth_line = 0.0;       ///< amplitude of the magnitude at the tooth frequency, N
+  double revolution_line = 0.0;  ///< at the spindle's frequency, N
   double to_contact = 0.0;
   bool entering = false;
   bool finished = false;
@@ -87,6 +90,7 @@ class Milling {
 
  private:
   double window_mean() const;
+  double window_line(int per_revolution) const;
 
   Workpiece& workpiece_;
   Machine machine_;

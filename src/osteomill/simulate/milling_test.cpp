@@ -99,6 +99,16 @@ TEST(Milling, TheSensorsMeanDoesNotSeeTheTooth) {
   }
 }
 
+TEST(Milling, TheSpectrumHasTheToothAndNoLineAtTheSpindle) {
+  LineProfileWorkpiece workpiece(cortical());
+  Milling milling(workpiece, machine(), 30.0);
+  Report report;
+  for (int i = 0; i < 1000; ++i) report = milling.advance({3e-3, 0, false});
+  // The ripple is 1 + (2 - 1) cos: its amplitude is the mean force.
+  EXPECT_NEAR(report.tooth_line, 3.8 * 3.0, 1e-6);
+  EXPECT_NEAR(report.revolution_line, 0.0, 1e-6);
+}
+
 TEST(Milling, DelayAndNoiseAreInTheReportAndNotInTheRecord) {
   Machine noisy = machine();
   noisy.force_noise = 1.0;

@@ -36,6 +36,8 @@ const char* name(Status status) {
       return "finished";
     case Status::stopped:
       return "stopped";
+    case Status::supervisor:
+      return "stopped by the supervisor";
     case Status::stalled:
       break;
   }

@@ -11,9 +11,10 @@ namespace osteomill::simulate {
 
 enum class Status : std::uint8_t {
   not_run,
-  finished,  ///< the path has come to its end
-  stopped,   ///< asked to stop; what was done is there
-  stalled    ///< the controller asks for no feed any more
+  finished,    ///< the path has come to its end
+  stopped,     ///< asked to stop; what was done is there
+  supervisor,  ///< stopped by the supervisor
+  stalled      ///< the controller asks for no feed any more
 };
 
 const char* name(Status status);

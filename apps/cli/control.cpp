@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "command.hpp"
+#include "osteomill/base/error.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/control_case.hpp"
+#include "osteomill/io/paced_plant.hpp"
+#include "osteomill/io/recording.hpp"
+#include "osteomill/io/run_directory.hpp"
+#include "osteomill/io/run_record.hpp"
+#include "osteomill/io/simulate_report.hpp"
+#include "osteomill/io/simulate_result.hpp"
+
+namespace osteomill::cli {
+namespace {
+
+struct Arguments {
+  CaseArguments common;
+  std::string plant = "simulate";
+  std::string sensor = "fake";
+  std::string name;  ///< of the only run; empty: all
+  std::filesystem::path recording;
+  bool paced = false;
+};
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// The runs of the case, or the one that was named.
+std::vector<io::SimulateCase> chosen(const Arguments& arguments) {
+  std::vector<io::CaseRun> runs =
+      io::read_case(arguments.common.case_file, arguments.common.overrides);
+  if (!arguments.name.empty()) {
+    std::erase_if(runs, [&](const io::CaseRun& run) { return run.name != arguments.name; });
+    if (runs.empty()) {
+      throw InvalidInput(Fault{"--run", arguments.name, "is no run of this case", ""});
+    }
+  }
+  return io::read_control_cases(runs);
+}
+
+/// A recording given to the controller again.
+void replay(const Arguments& arguments, const io::SimulateCase& input) {
+  const io::Replay done = io::replay(io::read_recording(arguments.recording), input.controller,
+                                     input.machine.start_feed);
+  if (arguments.common.format == Format::json) {
+    print_json({{"periods", done.periods}, {"different_commands", done.different}});
+  } else {
+    fmt::print("{} periods, {} commands differ\n", done.periods, done.different);
+  }
+  if (done.different > 0) {
+    throw NoSolution(
+        fmt::format("period {} has another command than the recording, which is of another case "
+                    "or another version",
+                    done.first_difference));
+  }
+}
+
+/// The plants around the simulated one; they live as long as the runs.
+struct Around {
+  std::vector<std::unique_ptr<io::PacedPlant>> paced;
+  std::unique_ptr<io::Recorder> recorder;
+  std::unique_ptr<io::RecordedPlant> recorded;
+};
+
+io::RunOptions options_of(const Arguments& arguments, Around& around) {
+  io::RunOptions options;
+  options.clock = now;
+  options.real_time = arguments.paced;
+  if (!arguments.paced && arguments.recording.empty()) return options;
+  options.wrap = [&](control::Plant& plant, double period) -> control::Plant& {
+    control::Plant* outer = &plant;
+    if (arguments.paced) {
+      around.paced.push_back(std::make_unique<io::PacedPlant>(*outer, period));
+      outer = around.paced.back().get();
+      if (!around.paced.back()->real_time() && around.paced.size() == 1) {
+        warn("no real-time rights (SCHED_FIFO, locked memory): the loop runs at normal priority");
+      }
+    }
+    if (!arguments.recording.empty()) {
+      around.recorder = std::make_unique<io::Recorder>(arguments.recording);
+      around.recorded = std::make_unique<io::RecordedPlant>(*outer, *around.recorder);
+      outer = around.recorded.get();
+    }
+    return *outer;
+  };
+  return options;
+}
+
+void print(const Arguments& arguments, const std::vector<io::SimulatedRun>& runs,
+           const nlohmann::ordered_json& document) {
+  switch (arguments.common.format) {
+    case Format::json:
+      print_json(document);
+      break;
+    case Format::csv:
+      print_csv(io::table_of(runs));
+      break;
+    case Format::table:
+      print_table(io::table_of(runs));
+      for (const std::string& sentence : io::comparisons_of(runs)) fmt::print("{}\n", sentence);
+      for (const std::string& sentence : io::variants_of(runs)) fmt::print("{}\n", sentence);
+      break;
+  }
+}
+
+void write_directory(const Arguments& arguments, const std::vector<io::SimulatedRun>& runs,
+                     const nlohmann::ordered_json& summary, double wall_time) {
+  const std::string program = "osteomill " OSTEOMILL_VERSION;
+  io::RunDirectory output(arguments.common.directory);
+  io::write_run_json(output.file("run.json"),
+                     {program, "control", io::case_of(runs), summary, wall_time});
+  io::write_signals(io::signals_of(runs), output.file("signals.h5"));
+  io::ReportData report = io::report_of(runs, arguments.common.case_file.stem().string(), program);
+  report.scene.reset();
+  io::write_report(output.file("report.html"), report);
+  output.commit();
+}
+
+void run(const Arguments& arguments) {
+  const double begin = now();
+  const std::vector<io::SimulateCase> cases = chosen(arguments);
+  const bool replayed = arguments.plant == "replay";
+  if (replayed && arguments.recording.empty()) {
+    throw InvalidInput(Fault{"--plant", "replay", "needs --recording FILE", ""});
+  }
+  if (!arguments.recording.empty() && cases.size() != 1) {
+    throw InvalidInput(Fault{"--recording", std::to_string(cases.size()) + " runs",
+                             "takes a case with one run", "name it with --run"});
+  }
+  if (replayed) return replay(arguments, cases.front());
+
+  Around around;
+  const std::vector<io::SimulatedRun> runs =
+      io::run_simulations(cases, console_progress(), options_of(arguments, around));
+  double lateness = -1.0;
+  for (const auto& plant : around.paced) lateness = std::max(lateness, plant->largest_lateness());
+  const double wall_time = now() - begin;
+
+  const nlohmann::ordered_json document = io::control_document_of(runs, wall_time, lateness);
+  print(arguments, runs, document);
+  if (!arguments.common.directory.empty()) write_directory(arguments, runs, document, wall_time);
+  if (interrupted()) throw Interrupted{};
+  for (const io::SimulatedRun& done : runs) {
+    for (const control::LoopEvent& event : done.loop.events) {
+      throw SafetyStop(fmt::format("{}: the supervisor stopped at {:.2f} s: {}", done.input.name,
+                                   event.time, control::name(event.cause)));
+    }
+  }
+}
+
+}  // namespace
+
+void add_control(CLI::App& program) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand(
+      "control",
+      "run the controller under its supervisor on a plant; research only, no medical device");
+  add_case_arguments(*command, arguments->common);
+  command->add_option("--plant", arguments->plant, "what is controlled")
+      ->check(CLI::IsMember({"simulate", "replay"}))
+      ->capture_default_str();
+  command->add_option("--sensor", arguments->sensor, "where the forces come from")
+      ->check(CLI::IsMember({"fake"}))
+      ->capture_default_str();
+  command->add_option("--run", arguments->name, "only the run of this name");
+  command->add_option("--recording", arguments->recording,
+                      "every period as HDF5: written, or read with --plant replay");
+  command->add_flag("--paced", arguments->paced, "in real time rather than as fast as it goes");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace osteomill::cli

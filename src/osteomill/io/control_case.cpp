@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/io/control_case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/section.hpp"
+#include "osteomill/io/simulate_result.hpp"
+#include "osteomill/simulate/variants.hpp"
+
+namespace osteomill::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ControlCase {
+  SimulateCase job;
+  int count = 0;  ///< of variants; 0: the bone as it is
+  simulate::VariantOptions variants;
+  control::SupervisorLimits supervisor;
+};
+
+void bind_variants(Section& section, ControlCase& to) {
+  section.table("variants", "seeded variants of bone and sensor", Need::optional, [&](Section& s) {
+    simulate::VariantOptions& options = to.variants;
+    s.integer("count", to.count, between(0, 100000), "number of variants; 0: the bone as it is",
+              Need::optional);
+    int seed = 1;
+    s.integer("seed", seed, between(0, 2147483647), "of all that is random", Need::optional);
+    options.seed = static_cast<std::uint64_t>(seed);
+    s.number("gain_sigma", options.gain_sigma, {}, between(0.0, 1.0),
+             "standard deviation of the factor on the gain", Need::optional);
+    s.number("correlation_mm", options.correlation, {units::mm, "mm"}, positive(),
+             "length over which the factor's correlation falls to 1/e", Need::optional);
+    s.number("noise_n", options.noise, {1.0, "N"}, non_negative(),
+             "standard deviation of each mean force", Need::optional);
+    std::vector<double> delay(options.delay.begin(), options.delay.end());
+    s.numbers("delay_updates", delay, {}, between(1, 100),
+              "least and most control periods from a force to its feed, drawn evenly",
+              Need::optional);
+    if (delay.size() == 2 && delay[0] <= delay[1]) {
+      options.delay = {static_cast<int>(delay[0]), static_cast<int>(delay[1])};
+    } else {
+      s.fault("delay_updates", "must be two numbers, the smaller first");
+    }
+    s.flag("hard_zones", options.hard_zones, "a zone 4.4 times as hard somewhere on each line");
+  });
+}
+
+void bind_supervisor(Section& section, control::SupervisorLimits& limits) {
+  section.table("supervisor", "limits that stop the machine", Need::optional, [&](Section& s) {
+    s.number("force_n", limits.force, {1.0, "N"}, positive(), "largest sample", Need::optional);
+    s.number("torque_nmm", limits.torque, {units::n_mm, "N mm"}, positive(), "largest mean torque",
+             Need::optional);
+    s.number("force_rate_n_per_s", limits.force_rate, {1.0, "N/s"}, positive(),
+             "largest rise of the mean force", Need::optional);
+    s.number("stall_time_s", limits.stall_time, {1.0, "s"}, positive(),
+             "longest time with a command and no motion", Need::optional);
+    s.number("sample_age_ms", limits.sample_age, {units::ms, "ms"}, positive(),
+             "oldest sample that is believed", Need::optional);
+  });
+}
+
+void bind_control(Section& section, ControlCase& to) {
+  bind_simulate(section, to.job);
+  bind_variants(section, to);
+  bind_supervisor(section, to.supervisor);
+}
+
+/// The runs that one run of the case stands for.
+void expand(const ControlCase& one, std::vector<SimulateCase>& cases) {
+  SimulateCase job = one.job;
+  job.supervisor = one.supervisor;
+  job.supervisor->highest_feed = job.controller.limits.highest;
+  job.supervisor->period = job.controller.period;
+  const auto add = [&](const SimulateCase& made) {
+    cases.push_back(made);
+    // A sensor without noise repeats itself in uniform bone.
+    if (made.machine.force_noise == 0.0) cases.back().supervisor->frozen_periods = 0;
+  };
+  if (one.count == 0) return add(job);
+  if (job.stock.kind != StockKind::line_profile) {
+    throw InvalidInput(Fault{"variants.count", std::to_string(one.count),
+                             "needs stock.kind = \"line-profile\"", "leave [variants] out"});
+  }
+  for (int number = 0; number < one.count; ++number) {
+    const simulate::Variant variant = simulate::vary(job.stock.profile, job.machine, one.variants,
+                                                     static_cast<std::uint64_t>(number));
+    SimulateCase made = job;
+    made.name = fmt::format("{}-{:02}", job.name, number);
+    made.variant_of = job.name;
+    made.stock.profile = variant.profile;
+    made.machine = variant.machine;
+    add(made);
+  }
+}
+
+Json percentile(std::vector<double> times, double share) {
+  if (times.empty()) return nullptr;
+  const auto at = static_cast<std::size_t>(share * static_cast<double>(times.size() - 1));
+  std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(at), times.end());
+  return times[at] / units::um;  // seconds to microseconds: the same factor
+}
+
+struct Totals {
+  double time = 0.0;
+  double above = 0.0;
+  double peak = 0.0;
+  double limit = 0.0;
+  int count = 0;
+};
+
+}  // namespace
+
+void bind_control_keys(Section& section) {
+  ControlCase unused;
+  bind_control(section, unused);
+}
+
+std::vector<SimulateCase> read_control_cases(const std::vector<CaseRun>& runs) {
+  std::vector<SimulateCase> cases;
+  FaultList faults;
+  for (const CaseRun& run : runs) {
+    faults.gather([&] {
+      ControlCase made;
+      prepare(made.job, run);
+      made.job.expanded =
+          Section::read(run, [&](Section& section) { bind_control(section, made); });
+      complete(made.job);
+      expand(made, cases);
+    });
+  }
+  faults.raise();
+  return cases;
+}
+
+Json control_document_of(const std::vector<SimulatedRun>& runs, double wall_time, double jitter) {
+  Json document = document_of(runs, wall_time);
+  Json events = Json::array();
+  Json stopped_by = nullptr;
+  std::vector<double> times;
+  int overruns = 0;
+  for (const SimulatedRun& run : runs) {
+    for (const control::LoopEvent& event : run.loop.events) {
+      stopped_by = control::name(event.cause);
+      events.push_back({{"run", run.input.name},
+                        {"time_s", event.time},
+                        {"kind", "stop"},
+                        {"cause", control::name(event.cause)},
+                        {"value", std::isfinite(event.value) ? Json(event.value) : Json(nullptr)},
+                        {"limit", event.limit}});
+    }
+    times.insert(times.end(), run.loop.compute_times.begin(), run.loop.compute_times.end());
+    overruns += run.loop.overruns;
+  }
+  document["events"] = events;
+  document["timing"] = {
+      {"period_ms", runs.empty() ? 0.0 : runs[0].input.controller.period / units::ms},
+      {"compute_us_p50", percentile(times, 0.5)},
+      {"compute_us_p999", percentile(times, 0.999)},
+      {"wake_up_jitter_us_max", jitter < 0.0 ? Json(nullptr) : Json(jitter / units::um)},
+      {"overruns", overruns}};
+  document["variants"] = variants_of(runs);
+  document["stopped_by"] = stopped_by;
+  return document;
+}
+
+std::vector<std::string> variants_of(const std::vector<SimulatedRun>& runs) {
+  std::vector<std::pair<std::string, Totals>> groups;
+  for (const SimulatedRun& run : runs) {
+    if (run.input.variant_of.empty()) continue;
+    if (groups.empty() || groups.back().first != run.input.variant_of) {
+      groups.push_back({run.input.variant_of, {}});
+    }
+    Totals& totals = groups.back().second;
+    totals.time += run.summary.cutting_time;
+    totals.above += run.summary.time_above_limit;
+    totals.peak = std::max(totals.peak, run.summary.peak_force);
+    totals.limit = run.input.force_limit;
+    ++totals.count;
+  }
+  std::vector<std::string> sentences;
+  for (const auto& [name, totals] : groups) {
+    sentences.push_back(fmt::format(
+        "{}: {} variants, mean {:.2f} s, above {:g} N for {:.4f} s in all, largest peak {:.1f} N",
+        name, totals.count, totals.time / totals.count, totals.limit, totals.above, totals.peak));
+  }
+  return sentences;
+}
+
+}  // namespace osteomill::io

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "osteomill/control/plant.hpp"
+
+namespace osteomill::io {
+
+/// A plant in real time: every period ends when the clock says so. Asks for SCHED_FIFO and locked
+/// memory when it is made, and says whether it got them.
+class PacedPlant final : public control::Plant {
+ public:
+  PacedPlant(control::Plant& plant, double period);
+
+  control::Observation start() override;
+  control::Observation advance(const control::FeedCommand& command) override;
+
+  bool real_time() const { return real_time_; }
+  double largest_lateness() const { return largest_lateness_; }  ///< of a wake-up, s
+
+ private:
+  control::Plant& plant_;
+  std::int64_t period_ns_;
+  std::int64_t due_ns_ = 0;  ///< monotonic clock
+  double largest_lateness_ = 0.0;
+  bool real_time_ = false;
+};
+
+}  // namespace osteomill::io
