@@ -26,11 +26,8 @@ const std::vector<Source>& sources() {
                                            {"plaskos2006", reproduce_plaskos2006},
                                            {"plaskos2006", reproduce_plaskos2006_robot},
                                            {"plaskos2006", reproduce_plaskos2006_accuracy},
+                                           {"sugita2009", reproduce_sugita2009},
                                            {"tian2023", reproduce_tian2023}};
-  static const std::vector<Source> list = {
-      {"plaskos2002", reproduce_plaskos2002}, {"plaskos2002", reproduce_cutting_study},
-      {"plaskos2006", reproduce_plaskos2006}, {"plaskos2006", reproduce_plaskos2006_robot},
-      {"sugita2009", reproduce_sugita2009},   {"tian2023", reproduce_tian2023}};
   return list;
 }
 
