@@ -239,7 +239,7 @@ Stock stock_from_hounsfield(const geometry::VoxelGrid<float>& hu_W, double spaci
   float highest = hu_W.values().front();
   for (float hu : hu_W.values()) highest = std::max(highest, hu);
   if (!(highest >= options.threshold_hu))
-    throw InvalidInput(Fault{"bone.threshold_hu", fmt::format("{}", options.threshold_hu),
+    throw InvalidInput(Fault{"stock.threshold_hu", fmt::format("{}", options.threshold_hu),
                              fmt::format("must not lie above the highest value of the CT, {} HU: 0 "
                                          "voxels are bone",
                                          highest),
