@@ -25,8 +25,9 @@ DiagnosticTest shapiro_wilk(std::span<const double> values);
 /// the group medians. Holds for samples that are not normal.
 DiagnosticTest brown_forsythe(std::span<const double> values, std::span<const int> group);
 
-/// Interval of a pooled within-cell SD without normality: bootstrap of residuals, studentised on
-/// the logarithm of the variance with its standard error from the kurtosis. Seeded.
+/// Interval of a pooled within-cell SD without normality: Bonett's kurtosis-adjusted interval of
+/// the log variance [bonett2006], its upper end raised to that of the studentised bootstrap of
+/// residuals where this is higher (what misses for long tails is the upper end). Seeded.
 Interval bootstrap_sd_interval(std::span<const double> values, std::span<const int> cell,
                                std::uint64_t seed, int draws = 2000, double confidence = 0.95);
 

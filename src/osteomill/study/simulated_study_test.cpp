@@ -239,7 +239,7 @@ TEST(SimulatedStudy, ForecastsOfOtherOperatorsHoldTheTruth) {
   }
 }
 
-enum class Shape { kNormal, kUniform, kExponential, kLaplace };
+enum class Shape { kNormal, kUniform, kExponential, kLaplace, kStudent5, kGamma4 };
 
 /// Mean 0, SD 1.
 double draw(Random& random, Shape shape) {
@@ -250,6 +250,16 @@ double draw(Random& random, Shape shape) {
       return (random.uniform() - 0.5) * std::sqrt(12.0);
     case Shape::kExponential:
       return -std::log(random.uniform()) - 1.0;
+    case Shape::kStudent5: {
+      double chi_squared = 0.0;
+      for (int i = 0; i < 5; ++i) chi_squared += std::pow(random.normal(), 2);
+      return random.normal() * std::sqrt(3.0 / chi_squared);
+    }
+    case Shape::kGamma4: {  // skewness 1
+      double sum = 0.0;
+      for (int i = 0; i < 4; ++i) sum -= std::log(random.uniform());
+      return 0.5 * (sum - 4.0);
+    }
     case Shape::kLaplace:
       return std::copysign(std::log(random.uniform()) / std::sqrt(2.0), random.uniform() - 0.5);
   }
@@ -285,14 +295,32 @@ TEST(SimulatedStudy, BootstrapIntervalsHoldTheTruthForNormalAndShortTails) {
   }
 }
 
-// No interval of an SD is honest to the per cent for long tails and few cuts. The bootstrap is by
-// far nearer than chi squared, and the mean's stays usable; the guide prints these numbers.
-TEST(SimulatedStudy, BootstrapIntervalsAreNearerThanChiSquaredForLongTails) {
+// What the interval of an SD claims: 93 to 97 % for these shapes, cuts in three cells.
+TEST(SimulatedStudy, KurtosisAdjustedIntervalsOfAnSdHoldTheTruthForLongTailsAndSkewness) {
+  for (const int n : {30, 60, 99}) {
+    for (const Shape shape : {Shape::kNormal, Shape::kUniform, Shape::kLaplace, Shape::kGamma4}) {
+      SCOPED_TRACE(testing::Message() << "shape " << static_cast<int>(shape) << ", n " << n);
+      expect_nominal(coverage(shape, n).bootstrap_sd);
+    }
+  }
+}
+
+// Beyond the claim: Student's t with 5 df, whose sample kurtosis has no finite variance, holds at
+// 93.0 to 93.2 %, the exponential at 92.0 % with 30 cuts (2 000 repetitions): less three sigma of
+// the count, 89.4 %. The guide prints these numbers.
+TEST(SimulatedStudy, IntervalsOfAnSdAreNearerThanChiSquaredForTheLongestTails) {
+  for (const int n : {30, 60, 99}) {
+    for (const Shape shape : {Shape::kExponential, Shape::kStudent5}) {
+      const Coverage held = coverage(shape, n);
+      EXPECT_GT(held.bootstrap_sd, 0.894 * kRepetitions);
+      EXPECT_GT(held.bootstrap_sd, held.chi_squared);
+    }
+  }
+}
+
+TEST(SimulatedStudy, BootstrapIntervalsOfTheMeanStayUsableForLongTails) {
   for (const Shape shape : {Shape::kExponential, Shape::kLaplace}) {
-    const Coverage held = coverage(shape, 60);
-    EXPECT_LT(held.chi_squared, 0.85 * kRepetitions);
-    EXPECT_GT(held.bootstrap_sd, 0.88 * kRepetitions);
-    EXPECT_GT(held.bootstrap_mean, 0.91 * kRepetitions);
+    EXPECT_GT(coverage(shape, 60).bootstrap_mean, 0.91 * kRepetitions);
   }
 }
 
