@@ -152,8 +152,8 @@ Shown show_impact(const io::ImpactCase& impact, const nlohmann::ordered_json& ex
   const vibration::ModalFit fit = vibration::fit_modes(impact.frf, impact.fit);
   if (!fit.converged) throw NoSolution("modal fit: " + fit.status);
   Shown shown{.document = {{"method", "impact-test"}}, .expanded = expanded, .rows = {}};
-  Json& frequencies = shown.document["natural_frequencies_hz"] = Json::array();
-  Json& modes = shown.document["modes"] = Json::array();
+  Json frequencies = Json::array();
+  Json modes = Json::array();
   shown.rows = {{"mode", "frequency, Hz", "stiffness, N/mm", "damping ratio"}};
   const auto cell = [](const vibration::Estimate& e, double unit) {
     return fmt::format("{:.5g} +- {:.2g}", e.value / unit, e.standard_error / unit);
@@ -166,6 +166,8 @@ Shown show_impact(const io::ImpactCase& impact, const nlohmann::ordered_json& ex
     shown.rows.push_back({fmt::format("{}", shown.rows.size()), cell(mode.frequency_hz, 1.0),
                           cell(mode.stiffness, units::n_per_mm), cell(mode.damping_ratio, 1.0)});
   }
+  shown.document["natural_frequencies_hz"] = std::move(frequencies);
+  shown.document["modes"] = std::move(modes);
   shown.document["residual_rms_um_per_n"] = fit.residual_rms / units::um;
   shown.sentences = {"+- is one standard error"};
   shown.figures = {{"receptance", "Receptance and coherence of the impact test with the fit",
