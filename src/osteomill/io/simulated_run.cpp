@@ -14,6 +14,7 @@
 #include "osteomill/io/simulated_plant.hpp"
 #include "osteomill/io/text_file.hpp"
 #include "osteomill/simulate/stock_job.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -175,7 +176,16 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
         "and cortical bone are assumed; all work of the spindle counts as that of chips");
   }
   mill(workpiece, progress, how, run);
-  if (workpiece.heat() != nullptr) run.heat = workpiece.heat()->summary();
+  if (workpiece.heat() != nullptr) {
+    run.heat = workpiece.heat()->summary();
+    const double hottest = run.heat->hottest - thermal::kZeroCelsius;
+    if (hottest > thermal::kBoilingCelsius) {
+      run.warnings.push_back(fmt::format(
+          "{}: heat: bone at {:.0f} °C; the water in it would boil, which is not in the model: "
+          "above 100 °C the temperatures are too high, and the dose counts as at 100 °C",
+          input.name, hottest));
+    }
+  }
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());
 }
 

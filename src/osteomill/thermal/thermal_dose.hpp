@@ -3,10 +3,12 @@
 
 namespace osteomill::thermal {
 
-inline constexpr double kZeroCelsius = 273.15;  ///< K
+inline constexpr double kZeroCelsius = 273.15;    ///< K
+inline constexpr double kBoilingCelsius = 100.0;  ///< of the water in the bone, °C
 
 /// Rate of thermal dose: equivalent minutes at 43 °C a minute, R^(43 - T), R = 0.5 from 43 °C up
-/// and 0.25 below; [sapareto1984]. Nothing at body temperature and below.
+/// and 0.25 below; [sapareto1984]. Nothing at body temperature and below. What is hotter than
+/// boiling water counts as 100 °C: dead at once, and the rate would grow beyond any number.
 double cem43_rate(double temperature);
 
 /// Dose of a constant temperature, in equivalent minutes at 43 °C; times in s.

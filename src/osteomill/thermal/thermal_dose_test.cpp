@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "osteomill/base/error.hpp"
 #include "osteomill/thermal/analytic_heat.hpp"
 #include "osteomill/thermal/heat_partition.hpp"
@@ -17,6 +19,12 @@ TEST(ThermalDose, IsSixteenMinutesForTheLimitsOfBone) {
   EXPECT_DOUBLE_EQ(cem43_minutes(kZeroCelsius + 42.0, 60.0), 0.25);
   EXPECT_EQ(cem43_minutes(kZeroCelsius + 37.0, 1e6), 0.0);
   EXPECT_DOUBLE_EQ(kBoneDamageCem43, cem43_minutes(kZeroCelsius + 47.0, 60.0));
+}
+
+TEST(ThermalDose, StaysANumberInBoneThatBurns) {
+  const double boiling = cem43_rate(kZeroCelsius + kBoilingCelsius);
+  EXPECT_DOUBLE_EQ(boiling, std::exp2(57.0));  // R^(43 - 100), R = 1/2
+  EXPECT_DOUBLE_EQ(cem43_rate(kZeroCelsius + 1e4), boiling);
 }
 
 TEST(HeatPartition, GivesTheChipTheShareThatIsQuotedForBone) {
