@@ -35,7 +35,8 @@ std::vector<Biquad> design(const Butterworth& filter, double rate);
 /// their first sample, as SciPy's `filtfilt` does it [gustafsson1996]. This is the "forward and
 /// reverse digital filter" of [plaskos2006] §3.3.2. Columns are signals.
 /// Throws InvalidInput when there are no more samples than the extension takes.
-Eigen::MatrixXd zero_phase(const std::vector<Biquad>& sections, const Eigen::MatrixXd& signals);
+Eigen::MatrixXd zero_phase(const std::vector<Biquad>& sections,
+                           const Eigen::Ref<const Eigen::MatrixXd>& signals);
 
 /// Gain of both passes at a frequency: |H|².
 double zero_phase_gain(const std::vector<Biquad>& sections, double frequency_hz, double rate);

@@ -13,8 +13,9 @@ namespace osteomill::identify {
 struct ForceRecord {
   double rate = 0.0;       ///< samples a second, Hz
   Eigen::MatrixX3d force;  ///< n × 3, N
-  Eigen::VectorXd tacho;   ///< n, once-per-revolution signal in any unit; empty when not recorded
-  Eigen::VectorXd torque;  ///< n, about the axis, N m; empty when not recorded
+  Eigen::VectorXd tacho =
+      {};  ///< n, once-per-revolution signal in any unit; empty when not recorded
+  Eigen::VectorXd torque = {};  ///< n, about the axis, N m; empty when not recorded
 };
 
 inline double duration(const ForceRecord& record) {

@@ -18,8 +18,9 @@ struct PlateauMean {
 /// Univariate linear regression on time, [tian2023] §4.2. The samples of milling are anything but
 /// independent: they repeat with the revolution and vary slowly besides. So means of whole
 /// revolutions are regressed, which takes the periodic part away, and their standard errors allow
-/// for correlation of neighbours, [newey1987] eq. 5 with ⌊4 (n/100)^(2/9)⌋ lags, [newey1994], and
-/// the factor n/(n − 2) for the two parameters.
+/// for correlation of neighbours: prewhitened by a first-order autoregression [andrews1992], then
+/// Bartlett's weights of [newey1987] over as many lags as [andrews1991] eq. 6.2 asks for; with the
+/// factor n/(n − 2) for the two parameters.
 /// @param rate    samples a second, Hz
 /// @param period  of a revolution, s; 0: not known, then batches of n^(1/2) samples
 /// Throws InvalidInput for fewer than three batches.

@@ -2,7 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "osteomill/identify/force_record.hpp"
@@ -19,11 +20,11 @@ struct Segment {
 struct SegmentOptions {
   double window = 0.05;       ///< of the moving level, s; some revolutions
   double shortest_cut = 0.1;  ///< s
-  double settle_band =
-      0.15;            ///< the plateau is where the level stays within this share of its median
-  double guard = 0.0;  ///< left out at both ends of the plateau, s
-  double contrast =
-      3.0;  ///< level in the cut over level outside, below which there is no cut to see
+  double settle_band = 0.15;  ///< share of its median by which the level of the plateau may differ
+  double guard = 0.0;         ///< left out at both ends of the plateau, s
+  double contrast = 3.0;      ///< level in the cut over that outside; with less there is no entry
+  /// The plateau from when to when, s from the first sample, where it is not to be found.
+  std::optional<std::array<double, 2>> plateau = {};
 };
 
 /// Where a record is cutting.
@@ -34,6 +35,7 @@ struct Segmentation {
   double idle_level = 0.0;    ///< root mean square of |F − idle mean|, N
   double cut_level = 0.0;     ///< N
   bool whole = false;         ///< no idle part was seen: the whole record is taken for the cut
+  double steady = 1.0;        ///< share of the plateau whose level lies within the band
 };
 
 /// Entry and exit of the cuts and the plateau between. The moving root mean square of the force

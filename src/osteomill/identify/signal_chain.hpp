@@ -12,6 +12,7 @@
 #include "osteomill/identify/filter.hpp"
 #include "osteomill/identify/force_record.hpp"
 #include "osteomill/identify/plateau_mean.hpp"
+#include "osteomill/identify/revolution.hpp"
 #include "osteomill/identify/rotation.hpp"
 #include "osteomill/identify/segments.hpp"
 
@@ -30,10 +31,10 @@ enum class RotationSource {
 /// What is done to a record, in this order: compensation, segmentation and baseline, filter,
 /// plateau, envelope, mean, rotation, mean revolution.
 struct SignalChain {
-  std::optional<DynamometerResponse> dynamometer;
-  CompensationOptions compensation;
+  std::optional<DynamometerResponse> dynamometer = {};
+  CompensationOptions compensation = {};
 
-  SegmentOptions segments;
+  SegmentOptions segments{.window = 0.0};  ///< window 0: five revolutions
   BaselineKind baseline = BaselineKind::none;
 
   int filter_order = 0;    ///< 0: no filter
@@ -44,7 +45,7 @@ struct SignalChain {
   bool envelope = false;  ///< of each axis on the plateau, [tian2023] Figure 6(c)
 
   RotationSource rotation = RotationSource::automatic;
-  LineOptions line;
+  LineOptions line = {};
   int bins = 0;                 ///< of the mean revolution; 0: by the rate
   bool average_flutes = false;  ///< run-out treatment: mean over the pitch-shifted copies
 };
