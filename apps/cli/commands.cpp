@@ -3,6 +3,7 @@
 #include "osteomill/io/accuracy_case.hpp"
 #include "osteomill/io/control_case.hpp"
 #include "osteomill/io/force_case.hpp"
+#include "osteomill/io/identify_case.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
 #include "osteomill/io/robot_case.hpp"
 #include "osteomill/io/robot_chain_case.hpp"
@@ -16,6 +17,7 @@ void add_catalogue(CLI::App& program);
 void add_deflect(CLI::App& program);
 void add_control(CLI::App& program);
 void add_force(CLI::App& program);
+void add_identify(CLI::App& program);
 void add_modes(CLI::App& program);
 void add_reproduce(CLI::App& program);
 void add_optimise(CLI::App& program);
@@ -39,6 +41,7 @@ const std::vector<Command>& commands() {
       {"deflect", add_deflect, io::bind_deflect},
       {"control", add_control, io::bind_control_keys},
       {"force", add_force, io::bind_force},
+      {"identify", add_identify, io::bind_identify},
       {"modes", add_modes, io::bind_modes},
       {"reproduce", add_reproduce, {}},
       {"optimise", add_optimise, io::bind_optimise},

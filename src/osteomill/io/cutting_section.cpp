@@ -254,6 +254,7 @@ void bind_bone(Section& section, BoneCase& bone) {
              "exponent of density over reference density in the force (an assumption)",
              Need::optional);
     bind_provenance(s, bone.provenance);
+    s.free_table("identification", "covariance and quality of a law that was identified");
   });
 }
 

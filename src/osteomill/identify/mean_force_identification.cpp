@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/identify/mean_force_identification.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "osteomill/base/units.hpp"
+
+namespace osteomill::identify {
+namespace {
+
+using Eigen::Index;
+using Verdict = std::vector<std::string>;
+
+std::string with_error(const Coefficient& one) {
+  const double factor = factor_of(one.dimension);
+  const std::string unit =
+      one.dimension == Dimension::number ? "" : std::string(" ") + unit_of(one.dimension);
+  return fmt::format("{} {:.3g} ± {:.2g}{}", one.name, one.value / factor,
+                     one.standard_error / factor, unit);
+}
+
+void say_ranking(const MeanForceIdentification& result, RankBy rank_by, Verdict& verdict) {
+  const Candidate& chosen = result.best();
+  const auto rms = [&](const Candidate& one) {
+    return rank_by == RankBy::leave_one_out ? one.leave_one->rms : one.leave_group->rms;
+  };
+  const char* what = rank_by == RankBy::leave_one_out ? "cuts" : "groups";
+  std::vector<std::string> tied;
+  const Candidate& first = result.candidates.front();
+  for (const Candidate& one : result.candidates) {
+    if (one.tied || (&one == &first && &first != &chosen)) {
+      if (&one != &chosen) tied.push_back(fmt::format("\"{}\" ({:.3g} N)", one.name, rms(one)));
+    }
+  }
+  const auto ranked = std::count_if(result.candidates.begin(), result.candidates.end(),
+                                    [](const Candidate& one) { return one.not_ranked.empty(); });
+  std::string text = fmt::format("\"{}\" predicts {} that it has not seen to {:.3g} N rms",
+                                 chosen.name, what, rms(chosen));
+  if (ranked > 1) text += fmt::format("; it is the choice among {} models", ranked);
+  if (!tied.empty()) {
+    text += fmt::format(". These data do not tell it from {}; it has the fewest unknowns ({})",
+                        fmt::join(tied, ", "), chosen.unknowns);
+  }
+  verdict.push_back(text + ".");
+}
+
+void say_coefficients(const Candidate& candidate, const char* of, Verdict& verdict) {
+  const MeanForceFit& fit = *candidate.fit;
+  std::vector<std::string> loose, held;
+  for (const Coefficient& one : fit.coefficients) {
+    if (one.at_bound) {
+      held.push_back(one.name);
+    } else if (!one.determined) {
+      loose.push_back(with_error(one));
+    }
+  }
+  if (loose.empty() && held.empty()) {
+    verdict.push_back(
+        fmt::format("All {} coefficients{} are determined: every standard error is "
+                    "below half the value (condition number {:.3g}).",
+                    fit.coefficients.size(), of, fit.condition_number));
+  }
+  if (!loose.empty()) {
+    verdict.push_back(
+        fmt::format("{} of the {} coefficients{} {} not determined by these data (standard error "
+                    "above half the value; condition number {:.3g}): {}.",
+                    loose.size(), fit.coefficients.size(), of, loose.size() == 1 ? "is" : "are",
+                    fit.condition_number, fmt::join(loose, ", ")));
+  }
+  if (!held.empty()) {
+    verdict.push_back(fmt::format("{} {} held by {} bound{}: the data would go beyond.",
+                                  fmt::join(held, ", "), held.size() == 1 ? "is" : "are",
+                                  held.size() == 1 ? "its" : "their", held.size() == 1 ? "" : "s"));
+  }
+  if (!fit.weak.empty()) {
+    const WeakDirection& weak = fit.weak.front();
+    std::vector<std::string> names;
+    for (const auto& [name, share] : weak.shares) names.push_back((share < 0.0 ? "-" : "+") + name);
+    verdict.push_back(
+        fmt::format("{} can change together while the forces change {:.2g} times as much as they "
+                    "would by the best determined combination: quote none of them alone.",
+                    fmt::join(names, " "), weak.relative_singular_value));
+  }
+}
+
+/// Where a polynomial that should not be negative is, over the angles that were in the cut.
+void say_signs(const MeanForceFit& fit, double largest_kappa, Verdict& verdict) {
+  if (!is_linear(fit.model)) return;
+  const auto scan = [&](int order, Index first, const char* name) {
+    std::vector<double> at;
+    for (int i = 0; i <= 100; ++i) {
+      const double kappa = largest_kappa * i / 100;
+      double value = 0.0;
+      for (int k = order; k >= 0; --k) value = value * kappa + fit.values(first + 3 * k);
+      if (value < 0.0) at.push_back(kappa);
+    }
+    if (at.empty()) return;
+    const std::string where =
+        order == 0 ? "" : fmt::format(" at kappa {:.2g} ... {:.2g} rad", at.front(), at.back());
+    verdict.push_back(
+        fmt::format("{} is negative{}: no edge pulls, so take the law as an "
+                    "interpolation of these cuts, not as the mechanics of the edge.",
+                    name, where));
+  };
+  if (fit.model.shear_order >= 0) scan(fit.model.shear_order, 0, "The tangential pressure Ktc");
+  if (fit.model.edge_order >= 0) {
+    scan(fit.model.edge_order, 3 * (fit.model.shear_order + 1), "The tangential edge force Kte");
+  }
+}
+
+void say_influence(const std::vector<Experiment>& experiments, const MeanForceFit& fit,
+                   Verdict& verdict) {
+  std::vector<std::string> strong;
+  for (Index i = 0; i < fit.cook_distance.size(); ++i) {
+    // Cook 1977: a distance of 1 moves the estimate to the edge of its 50 % region.
+    if (fit.cook_distance(i) > 1.0) {
+      strong.push_back(fmt::format("{} (Cook's distance {:.2g})",
+                                   experiments[static_cast<std::size_t>(i)].name,
+                                   fit.cook_distance(i)));
+    }
+  }
+  if (!strong.empty()) {
+    verdict.push_back(fmt::format("The coefficients rest on {}: repeat {}.",
+                                  fmt::join(strong, ", "),
+                                  strong.size() == 1 ? "this cut" : "these cuts"));
+  }
+  std::vector<std::string> out;
+  for (Index i = 0; i < fit.robust_weight.rows(); ++i) {
+    if (fit.robust_weight.row(i).minCoeff() < 0.5) {
+      out.push_back(experiments[static_cast<std::size_t>(i)].name);
+    }
+  }
+  if (!out.empty()) {
+    verdict.push_back(
+        fmt::format("The robust loss counts {} less than half: look for what went wrong there.",
+                    fmt::join(out, ", ")));
+  }
+}
+
+void say_suggestions(const std::vector<SuggestedExperiment>& suggested, const MeanForceFit& fit,
+                     Verdict& verdict) {
+  if (suggested.empty()) return;
+  std::vector<std::string> cuts;
+  for (const SuggestedExperiment& one : suggested) cuts.push_back(describe_cut(one.experiment));
+  const SuggestedExperiment& last = suggested.back();
+  const auto one = std::find_if(fit.coefficients.begin(), fit.coefficients.end(),
+                                [&](const Coefficient& c) { return c.name == last.coefficient; });
+  const double factor = factor_of(one->dimension);
+  verdict.push_back(fmt::format(
+      "What would help most: {}. Measured as well as the present cuts, they bring the standard "
+      "error of {} from {:.2g} to {:.2g} {}.",
+      fmt::join(cuts, "; "), last.coefficient, last.standard_error / factor,
+      last.standard_error_after / factor,
+      one->dimension == Dimension::number ? "" : unit_of(one->dimension)));
+}
+
+void say_axes(const AxesCheck& axes, std::vector<std::string>& warnings) {
+  if (!axes.suspicious) return;
+  std::vector<std::string> readings;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, axes.best.size()); ++i) {
+    const auto names = names_of(axes.best[i]);
+    readings.push_back(fmt::format("[\"{}\", \"{}\", \"{}\"]", names[0], names[1], names[2]));
+  }
+  warnings.push_back(fmt::format(
+      "the axes look swapped or reversed: an edge that is pushed back and out leaves {:.0f} % of "
+      "the force as given and {:.0f} % with axes = {}; check the mounting and the sign convention",
+      100.0 * axes.misfit_as_given, 100.0 * axes.misfit_best, fmt::join(readings, " or ")));
+}
+
+}  // namespace
+
+MeanForceIdentification identify_mean_forces(const std::vector<Experiment>& experiments,
+                                             const std::vector<ForceModel>& models,
+                                             const SelectionOptions& options) {
+  MeanForceIdentification result;
+  result.candidates = rank_models(experiments, models, options);
+  for (std::size_t i = 0; i < result.candidates.size(); ++i) {
+    if (result.candidates[i].chosen) result.chosen = i;
+  }
+  const MeanForceFit& fit = *result.best().fit;
+  result.axes = check_axes(experiments);
+  result.suggested = suggest_experiments(experiments, fit);
+  say_ranking(result, options.rank_by, result.verdict);
+  say_coefficients(result.best(), "", result.verdict);
+  say_signs(fit, largest_kappa(experiments), result.verdict);
+  say_influence(experiments, fit, result.verdict);
+  say_suggestions(result.suggested, fit, result.verdict);
+  say_axes(result.axes, result.warnings);
+  return result;
+}
+
+}  // namespace osteomill::identify

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/io/identify_case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "osteomill/base/units.hpp"
+#include "osteomill/io/case_file.hpp"
+#include "osteomill/io/csv_file.hpp"
+#include "osteomill/io/cutting_section.hpp"
+#include "osteomill/io/section.hpp"
+
+namespace osteomill::io {
+namespace {
+
+using namespace identify;
+
+constexpr Quantity kMm{units::mm, "mm"};
+const Need kOptional = Need::optional;
+
+/// What the case says where the table does not.
+struct CutDefaults {
+  double spindle_speed = 0.0;
+  double axial_depth = 0.0;
+  double feed_per_tooth = 0.0;
+  double fibre_angle = 0.0;
+  cutting::ImmersionKind kind = cutting::ImmersionKind::slot;
+  double radial_depth = 0.0;
+};
+
+enum class Select { automatic, given };
+
+struct ModelKeys {
+  LawForm law = LawForm::polynomial;
+  int shear_order = 0;
+  int edge_order = 0;
+  bool edge_force = false;
+  bool directional = false;
+};
+
+struct BoundKeys {
+  std::string coefficient;
+  std::optional<double> low, high;
+};
+
+struct Keys {
+  std::filesystem::path table;
+  CutterCase cutter;
+  CutDefaults cut;
+  Select select = Select::automatic;
+  ModelKeys model;
+  bool model_given = false;
+  std::vector<ModelKeys> compare;
+  std::vector<BoundKeys> bounds;
+  SelectionOptions options;
+  bone::Provenance provenance{.obtained = bone::Obtained::measured,
+                              .source = {},
+                              .specimen = {},
+                              .condition = {},
+                              .uncertainty = {},
+                              .note = {}};
+};
+
+void bind_model_keys(Section& s, ModelKeys& m) {
+  s.choice<LawForm>(
+      "law", m.law,
+      {{"polynomial", LawForm::polynomial},
+       {"linear", LawForm::linear},
+       {"power", LawForm::power},
+       {"log", LawForm::log}},
+      "form of the law; polynomial: of kappa, edge force per length of edge; linear: per width",
+      kOptional);
+  s.integer("shear_order", m.shear_order, between(-1, 6),
+            "polynomial: order of the pressures in kappa; -1: none", kOptional);
+  s.integer("edge_order", m.edge_order, between(-1, 6),
+            "polynomial: order of the edge forces in kappa; -1: none", kOptional);
+  s.flag("edge_force", m.edge_force, "power: with a constant edge force");
+  s.flag("directional", m.directional, "power and log: one law along the fibres, one across");
+}
+
+ForceModel model_of(const ModelKeys& m) {
+  ForceModel model;
+  model.form = m.law;
+  if (is_linear(model)) {
+    model.shear_order = m.shear_order;
+    model.edge_order = m.edge_order;
+  }
+  model.edge_force = m.law == LawForm::power && m.edge_force;
+  model.directional = m.directional && !is_linear(model);
+  return model;
+}
+
+void check_model(Section& s, const ModelKeys& m) {
+  if (is_linear(model_of(m)) && m.shear_order < 0 && m.edge_order < 0) {
+    s.fault("edge_order", "leaves a law without any force", "set one of the orders to 0 or more");
+  }
+  if (m.law == LawForm::linear && (m.shear_order > 0 || m.edge_order > 0)) {
+    s.fault("law", "is linear and takes orders 0 or -1", "set law = \"polynomial\"");
+  }
+}
+
+void bind_model(Section& section, Keys& keys) {
+  section.table(
+      "model", "which laws are tried, and how they are fitted", kOptional, [&](Section& s) {
+        s.choice<Select>("select", keys.select,
+                         {{"auto", Select::automatic}, {"given", Select::given}},
+                         "auto: all laws that suit the cutter; given: the one below, or those of "
+                         "[[model.compare]]",
+                         kOptional);
+        keys.model_given = s.has("law") || s.has("shear_order") || s.has("edge_order");
+        bind_model_keys(s, keys.model);
+        check_model(s, keys.model);
+        s.tables("compare", "laws to compare", kOptional, [&](Section& one, std::size_t) {
+          bind_model_keys(one, keys.compare.emplace_back());
+          check_model(one, keys.compare.back());
+        });
+        s.integer("largest_shear_order", keys.options.largest_shear_order, between(-1, 6),
+                  "auto: highest order of the pressures that is tried", kOptional);
+        s.integer("largest_edge_order", keys.options.largest_edge_order, between(-1, 6),
+                  "auto: highest order of the edge forces that is tried", kOptional);
+        s.choice<RankBy>("rank_by", keys.options.rank_by,
+                         {{"leave-one-out", RankBy::leave_one_out},
+                          {"leave-one-group-out", RankBy::leave_one_group_out}},
+                         "what is left out of a fit and predicted", kOptional);
+        FitOptions& fit = keys.options.fit;
+        s.choice<Weighting>("weights", fit.weighting,
+                            {{"auto", Weighting::automatic},
+                             {"equal", Weighting::equal},
+                             {"standard-errors", Weighting::standard_errors}},
+                            "auto: by standard errors where the table has them all", kOptional);
+        s.choice<Loss>("loss", fit.loss,
+                       {{"squares", Loss::squares}, {"huber", Loss::huber}, {"tukey", Loss::tukey}},
+                       "robust losses count outliers less", kOptional);
+        s.number("ridge", fit.ridge, {}, non_negative(),
+                 "penalty on large coefficients of polynomial laws; 1 weighs as much as the data",
+                 kOptional);
+        s.number("confidence", fit.confidence, {}, between(0.5, 0.9999), "of every interval",
+                 kOptional);
+        s.tables("bound", "limits of coefficients", kOptional, [&](Section& one, std::size_t) {
+          BoundKeys& bound = keys.bounds.emplace_back();
+          one.text("coefficient", bound.coefficient, "name, as Ktc");
+          one.number("low", bound.low, {}, any(), "least value, in the unit of the coefficient");
+          one.number("high", bound.high, {}, any(), "largest value");
+        });
+      });
+}
+
+void bind(Section& section, Keys& keys) {
+  section.table("experiments", "what was measured", Need::required,
+                [&](Section& s) { s.file("table", keys.table, "CSV, one cut a row"); });
+  bind_cutter(section, keys.cutter);
+  section.table("cut", "what the table leaves out", kOptional, [&](Section& s) {
+    CutDefaults& c = keys.cut;
+    using cutting::ImmersionKind;
+    s.choice<ImmersionKind>(
+        "immersion", c.kind,
+        {{"slot", ImmersionKind::slot}, {"up", ImmersionKind::up}, {"down", ImmersionKind::down}},
+        "which side is in bone", kOptional);
+    s.number("radial_depth_mm", c.radial_depth, kMm, non_negative(),
+             "radial depth at the full radius, up and down", kOptional);
+    s.number("axial_depth_mm", c.axial_depth, kMm, non_negative(), "axial depth", kOptional);
+    s.number("feed_per_tooth_mm", c.feed_per_tooth, kMm, non_negative(), "feed a tooth", kOptional);
+    s.number("spindle_speed_rpm", c.spindle_speed, {units::rpm, "rpm"}, non_negative(),
+             "spindle speed", kOptional);
+    s.number("fibre_angle_deg", c.fibre_angle, {units::deg, "deg"}, between(-360.0, 360.0),
+             "fibres from the feed towards +y", kOptional);
+  });
+  bind_model(section, keys);
+  section.table("result", "what the catalogue entry says of itself", kOptional, [&](Section& s) {
+    s.text("source", keys.provenance.source, "laboratory, or key of the bibliography", kOptional);
+    s.text("specimen", keys.provenance.specimen, "which bone of which animal", kOptional);
+    s.text("condition", keys.provenance.condition, "wetness, temperature, machine", kOptional);
+    s.text("note", keys.provenance.note, "what a user has to know", kOptional);
+  });
+}
+
+double number_in(const CsvFile& table, const CsvFile::Row& row, std::size_t column) {
+  const std::string& cell = row.cells[column];
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(value)) {
+    throw InvalidInput(Fault{table.columns[column], '"' + cell + '"', "must be a number", "",
+                             fmt::format("{}:{}", table.name, row.line)});
+  }
+  return value;
+}
+
+/// The columns of the contract: condition and mean forces.
+std::vector<Experiment> read_mean_force_table(const Keys& keys) {
+  const CsvFile table = read_csv(keys.table);
+  const auto column = [&](const char* name) -> std::optional<std::size_t> {
+    const auto found = std::find(table.columns.begin(), table.columns.end(), name);
+    if (found == table.columns.end()) return {};
+    return static_cast<std::size_t>(found - table.columns.begin());
+  };
+  FaultList faults;
+  std::vector<Experiment> experiments;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const CsvFile::Row& row = table.rows[i];
+    const auto value = [&](const char* name, double otherwise, double factor) {
+      const auto at = column(name);
+      double result = otherwise;
+      if (at) faults.gather([&] { result = number_in(table, row, *at) * factor; });
+      return result;
+    };
+    Experiment one;
+    one.name = column("name") ? row.cells[*column("name")] : std::to_string(i + 1);
+    if (const auto group = column("group")) one.group = row.cells[*group];
+    one.cutter = keys.cutter.cutter;
+    one.condition.spindle_speed = value("spindle_speed_rpm", keys.cut.spindle_speed, units::rpm);
+    one.condition.feed_per_tooth = value("feed_per_tooth_mm", keys.cut.feed_per_tooth, units::mm);
+    if (const auto rate = column("feed_rate_mm_per_min"); rate && !column("feed_per_tooth_mm")) {
+      one.condition.feed_per_tooth =
+          cutting::feed_per_tooth(value("feed_rate_mm_per_min", 0.0, units::mm_per_min),
+                                  one.condition.spindle_speed, one.cutter.flutes);
+    }
+    one.condition.fibre_T = cutting::fibre_at_angle(keys.cut.fibre_angle);
+    one.immersion = {keys.cut.kind, value("radial_depth_mm", keys.cut.radial_depth, units::mm),
+                     value("axial_depth_mm", keys.cut.axial_depth, units::mm)};
+    constexpr const char* kForces[] = {"mean_force_x_n", "mean_force_y_n", "mean_force_z_n"};
+    for (int c = 0; c < 3; ++c) {
+      if (!column(kForces[c])) {
+        throw InvalidInput(Fault{kForces[c], "", "is missing", "add the column", table.name});
+      }
+      one.mean_force(c) = value(kForces[c], 0.0, 1.0);
+    }
+    experiments.push_back(one);
+  }
+  faults.raise();
+  return experiments;
+}
+
+/// Bounds are given in the unit of their coefficient, which the first model that has it tells.
+std::vector<Bound> bounds_of(const Keys& keys, const std::vector<ForceModel>& models) {
+  std::vector<Bound> bounds;
+  FaultList faults;
+  for (const BoundKeys& one : keys.bounds) {
+    faults.gather([&] {
+      for (const ForceModel& model : models) {
+        for (const CoefficientKey& key : coefficients_of(model)) {
+          if (key.name != one.coefficient) continue;
+          const double factor = factor_of(key.dimension);
+          Bound& bound = bounds.emplace_back(Bound{one.coefficient});
+          if (one.low) bound.low = *one.low * factor;
+          if (one.high) bound.high = *one.high * factor;
+          return;
+        }
+      }
+      throw InvalidInput(Fault{"model.bound", one.coefficient, "is no coefficient of any model",
+                               "e.g. Ktc; osteomill identify prints the names"});
+    });
+  }
+  faults.raise();
+  return bounds;
+}
+
+}  // namespace
+
+void bind_identify(Section& section) {
+  Keys keys;
+  bind(section, keys);
+}
+
+IdentifyCase read_identify_case(const CaseRun& run) {
+  Keys keys;
+  IdentifyCase result;
+  result.expanded = Section::read(run, [&](Section& section) { bind(section, keys); });
+  cutting::check(keys.cutter.cutter);
+  result.experiments = read_mean_force_table(keys);
+  result.options = keys.options;
+  result.table = keys.table.filename().string();
+  result.provenance = keys.provenance;
+  if (!keys.compare.empty()) {
+    for (const ModelKeys& one : keys.compare) result.models.push_back(model_of(one));
+  } else if (keys.model_given || keys.select == Select::given) {
+    result.models = {model_of(keys.model)};
+  } else {
+    result.models = models_to_try(result.experiments, keys.options);
+  }
+  result.options.fit.bounds = bounds_of(keys, result.models);
+  return result;
+}
+
+}  // namespace osteomill::io
