@@ -9,12 +9,14 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/control_case.hpp"
+#include "osteomill/io/linuxcnc_run.hpp"
 #include "osteomill/io/paced_plant.hpp"
 #include "osteomill/io/recording.hpp"
 #include "osteomill/io/run_directory.hpp"
 #include "osteomill/io/run_record.hpp"
 #include "osteomill/io/simulate_report.hpp"
 #include "osteomill/io/simulate_result.hpp"
+#include "osteomill/io/text_file.hpp"
 
 namespace osteomill::cli {
 namespace {
@@ -25,6 +27,8 @@ struct Arguments {
   std::string sensor = "fake";
   std::string name;  ///< of the only run; empty: all
   std::filesystem::path recording;
+  std::filesystem::path machine;  ///< socket of a LinuxCNC that runs; empty: it is started
+  std::filesystem::path program;  ///< where to write the program for LinuxCNC, and no more
   bool paced = false;
 };
 
@@ -64,15 +68,32 @@ void replay(const Arguments& arguments, const io::SimulateCase& input) {
 
 /// The plants around the simulated one; they live as long as the runs.
 struct Around {
+  std::unique_ptr<io::LinuxcncRuns> linuxcnc;
   std::vector<std::unique_ptr<io::PacedPlant>> paced;
   std::unique_ptr<io::Recorder> recorder;
   std::unique_ptr<io::RecordedPlant> recorded;
 };
 
+void warn_of_time() {
+  warn("no real-time rights (SCHED_FIFO, locked memory): the loop runs at normal priority");
+}
+
 io::RunOptions options_of(const Arguments& arguments, Around& around) {
   io::RunOptions options;
   options.clock = now;
   options.real_time = arguments.paced;
+  if (arguments.plant == "linuxcnc") {
+    // Beside this program in the folder of the build.
+    const auto here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    around.linuxcnc = std::make_unique<io::LinuxcncRuns>(
+        io::LinuxcncRunOptions{here.parent_path() / "linuxcnc" / "osteomill_machine",
+                               arguments.machine, arguments.sensor == "netft", now});
+    options.make = [&around](const io::SimulateCase& input, simulate::Milling& milling) {
+      io::MadePlant made = around.linuxcnc->make(input, milling);
+      if (!around.linuxcnc->real_time()) warn_of_time();
+      return made;
+    };
+  }
   if (!arguments.paced && arguments.recording.empty()) return options;
   options.wrap = [&](control::Plant& plant, double period) -> control::Plant& {
     control::Plant* outer = &plant;
@@ -80,7 +101,7 @@ io::RunOptions options_of(const Arguments& arguments, Around& around) {
       around.paced.push_back(std::make_unique<io::PacedPlant>(*outer, period));
       outer = around.paced.back().get();
       if (!around.paced.back()->real_time() && around.paced.size() == 1) {
-        warn("no real-time rights (SCHED_FIFO, locked memory): the loop runs at normal priority");
+        warn_of_time();
       }
     }
     if (!arguments.recording.empty()) {
@@ -123,18 +144,44 @@ void write_directory(const Arguments& arguments, const std::vector<io::Simulated
   output.commit();
 }
 
+/// What does not go together, all at once.
+void check_options(const Arguments& arguments, std::size_t runs) {
+  std::vector<Fault> faults;
+  const bool linuxcnc = arguments.plant == "linuxcnc";
+  if (arguments.plant == "replay" && arguments.recording.empty()) {
+    faults.push_back({"--plant", "replay", "needs --recording FILE", ""});
+  }
+  if (arguments.sensor == "netft" && !linuxcnc) {
+    faults.push_back({"--sensor", "netft", "measures a machine: needs --plant linuxcnc",
+                      "a simulated plant has the forces of its bone: --sensor fake"});
+  }
+  if (linuxcnc && arguments.paced) {
+    faults.push_back({"--paced", "", "does not go with --plant linuxcnc, which sets the pace", ""});
+  }
+  if (!linuxcnc && !arguments.machine.empty()) {
+    faults.push_back({"--machine", arguments.machine.string(), "needs --plant linuxcnc", ""});
+  }
+  const std::string many = std::to_string(runs) + " runs";
+  if (runs != 1 && !arguments.recording.empty()) {
+    faults.push_back({"--recording", many, "takes a case with one run", "name it with --run"});
+  }
+  if (runs != 1 && !arguments.machine.empty()) {
+    faults.push_back({"--machine", many, "takes a case with one run", "name it with --run"});
+  }
+  if (runs != 1 && !arguments.program.empty()) {
+    faults.push_back({"--program", many, "takes a case with one run", "name it with --run"});
+  }
+  if (!faults.empty()) throw InvalidInput(faults);
+}
+
 void run(const Arguments& arguments) {
   const double begin = now();
   const std::vector<io::SimulateCase> cases = chosen(arguments);
-  const bool replayed = arguments.plant == "replay";
-  if (replayed && arguments.recording.empty()) {
-    throw InvalidInput(Fault{"--plant", "replay", "needs --recording FILE", ""});
+  check_options(arguments, cases.size());
+  if (arguments.plant == "replay") return replay(arguments, cases.front());
+  if (!arguments.program.empty()) {
+    return io::write_text_file(arguments.program, io::machine_program(cases.front()));
   }
-  if (!arguments.recording.empty() && cases.size() != 1) {
-    throw InvalidInput(Fault{"--recording", std::to_string(cases.size()) + " runs",
-                             "takes a case with one run", "name it with --run"});
-  }
-  if (replayed) return replay(arguments, cases.front());
 
   Around around;
   const std::vector<io::SimulatedRun> runs =
@@ -164,14 +211,17 @@ void add_control(CLI::App& program) {
       "run the controller under its supervisor on a plant; research only, no medical device");
   add_case_arguments(*command, arguments->common);
   command->add_option("--plant", arguments->plant, "what is controlled")
-      ->check(CLI::IsMember({"simulate", "replay"}))
+      ->check(CLI::IsMember({"simulate", "replay", "linuxcnc"}))
       ->capture_default_str();
   command->add_option("--sensor", arguments->sensor, "where the forces come from")
-      ->check(CLI::IsMember({"fake"}))
+      ->check(CLI::IsMember({"fake", "netft"}))
       ->capture_default_str();
   command->add_option("--run", arguments->name, "only the run of this name");
   command->add_option("--recording", arguments->recording,
                       "every period as HDF5: written, or read with --plant replay");
+  command->add_option("--machine", arguments->machine,
+                      "socket of a LinuxCNC that runs; without it a simulated machine is started");
+  command->add_option("--program", arguments->program, "write the program for LinuxCNC and end");
   command->add_flag("--paced", arguments->paced, "in real time rather than as fast as it goes");
   command->callback([arguments] { run(*arguments); });
 }

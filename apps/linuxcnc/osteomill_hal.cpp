@@ -67,6 +67,7 @@ void let_go(const Pins& pins) {
   *pins.feed_hold = true;
   *pins.adaptive_feed = 0.0;
   *pins.armed = false;
+  *pins.order = 0;
   *pins.state = static_cast<int>(State::no_controller);
 }
 

@@ -67,8 +67,21 @@ void bind_supervisor(Section& section, control::SupervisorLimits& limits) {
   });
 }
 
+void bind_sensor(Section& section, netft::ClientOptions& sensor) {
+  section.table(
+      "sensor", "Net F/T force sensor of --sensor netft", Need::optional, [&](Section& s) {
+        s.text("address", sensor.address, "IP address", Need::optional);
+        s.integer("port", sensor.port, between(1, 65535), "UDP port", Need::optional);
+        s.number("counts_per_newton", sensor.counts_per_newton, {1.0, "1/N"}, positive(),
+                 "as the sensor's page of its calibration says", Need::optional);
+        s.number("counts_per_newton_metre", sensor.counts_per_newton_metre, {1.0, "1/(N m)"},
+                 positive(), "as the sensor's page of its calibration says", Need::optional);
+      });
+}
+
 void bind_control(Section& section, ControlCase& to) {
   bind_simulate(section, to.job);
+  bind_sensor(section, to.job.sensor);
   bind_variants(section, to);
   bind_supervisor(section, to.supervisor);
 }
@@ -108,6 +121,41 @@ Json percentile(std::vector<double> times, double share) {
   return times[at] / units::um;  // seconds to microseconds: the same factor
 }
 
+/// The value below which the share lies; null when there is none.
+Json quantile(std::vector<int> values, double share) {
+  if (values.empty()) return nullptr;
+  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  return values[at];
+}
+
+/// From the cycle in which the fault was seen, ms at a servo period of 1 ms.
+Json after(const std::optional<std::uint32_t>& cycle, std::uint32_t seen) {
+  return cycle ? Json(static_cast<std::int32_t>(*cycle - seen)) : Json(nullptr);
+}
+
+Json machine_of(const SimulatedRun& run) {
+  const MachineSummary& machine = *run.machine;
+  Json stop = nullptr;
+  if (machine.stop) {
+    const MachineStop& was = *machine.stop;
+    stop = {{"cause", control::name(was.event.cause)},
+            {"feed_held_after_ms", after(was.held, was.seen)},
+            {"at_rest_after_ms", after(was.rest, was.seen)},
+            {"spindle_inhibited_after_ms", after(was.spindle, was.seen)}};
+  }
+  return {{"run", run.input.name},
+          {"machine_time_s", machine.machine_time},
+          {"servo_cycles", machine.cycles},
+          {"servo_cycles_lost", machine.lost},
+          {"feed_delay_cycles_p50", quantile(machine.feed_delays, 0.5)},
+          {"feed_delay_cycles_p99", quantile(machine.feed_delays, 0.99)},
+          {"feed_delay_cycles_max", quantile(machine.feed_delays, 1.0)},
+          {"force_samples", machine.sensor.received},
+          {"force_samples_lost", machine.sensor.lost},
+          {"stop", stop}};
+}
+
 struct Totals {
   double time = 0.0;
   double above = 0.0;
@@ -133,6 +181,7 @@ std::vector<SimulateCase> read_control_cases(const std::vector<CaseRun>& runs) {
       made.job.expanded =
           Section::read(run, [&](Section& section) { bind_control(section, made); });
       complete(made.job);
+      netft::check(made.job.sensor);
       expand(made, cases);
     });
   }
@@ -166,6 +215,11 @@ Json control_document_of(const std::vector<SimulatedRun>& runs, double wall_time
       {"compute_us_p999", percentile(times, 0.999)},
       {"wake_up_jitter_us_max", jitter < 0.0 ? Json(nullptr) : Json(jitter / units::um)},
       {"overruns", overruns}};
+  Json machines = Json::array();
+  for (const SimulatedRun& run : runs) {
+    if (run.machine) machines.push_back(machine_of(run));
+  }
+  if (!machines.empty()) document["machine"] = machines;
   document["variants"] = variants_of(runs);
   document["stopped_by"] = stopped_by;
   return document;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/io/paced_plant.hpp"
 
-#include <sched.h>
-#include <sys/mman.h>
 #include <time.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/io/real_time.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -33,12 +32,8 @@ void sleep_until(std::int64_t due) {
 PacedPlant::PacedPlant(control::Plant& plant, double period)
     : plant_(plant),
       period_ns_(
-          std::llround(require_positive("controller.period_ms", period / units::ms, "ms") * 1e6)) {
-  sched_param priority{};
-  priority.sched_priority = 80;
-  real_time_ =
-      sched_setscheduler(0, SCHED_FIFO, &priority) == 0 && mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-}
+          std::llround(require_positive("controller.period_ms", period / units::ms, "ms") * 1e6)),
+      real_time_(ask_for_real_time()) {}
 
 control::Observation PacedPlant::start() {
   due_ns_ = now_ns();

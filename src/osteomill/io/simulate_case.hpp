@@ -11,6 +11,7 @@
 #include "osteomill/control/feed_controller.hpp"
 #include "osteomill/control/supervisor.hpp"
 #include "osteomill/io/cutting_section.hpp"
+#include "osteomill/io/netft_client.hpp"
 #include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/line_profile.hpp"
 #include "osteomill/simulate/milling.hpp"
@@ -73,6 +74,7 @@ struct SimulateCase {
   bool model_adaptive = false;  ///< the controller's law is made from these
   control::ModelAdaptiveOptions model_options;
   std::optional<control::SupervisorLimits> supervisor;  ///< with `osteomill control`
+  netft::ClientOptions sensor;                          ///< with `osteomill control`: a real one
   std::string variant_of;                         ///< name of the run that it varies; or empty
   double force_limit = 30.0;                      ///< N
   std::optional<simulate::BoneHeatOptions> heat;  ///< not with line-profile

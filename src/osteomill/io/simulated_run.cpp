@@ -124,16 +124,22 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
           SimulatedRun& run) {
   const SimulateCase& input = run.input;
   simulate::Milling milling(workpiece, input.machine, input.force_limit);
-  SimulatedPlant plant(milling);
+  MadePlant made;
+  if (how.make) {
+    made = how.make(input, milling);
+  } else {
+    made.plant = std::make_unique<SimulatedPlant>(milling);
+  }
   control::LoopOptions options;
   options.first_feed = input.machine.start_feed;
   options.path_length = workpiece.length();
-  options.supervisor = input.supervisor;
+  if (!how.make) options.supervisor = input.supervisor;
   options.clock = how.clock;
   options.real_time = how.real_time;
-  control::Plant& seen = how.wrap ? how.wrap(plant, input.controller.period) : plant;
+  control::Plant& seen = how.wrap ? how.wrap(*made.plant, input.controller.period) : *made.plant;
   run.loop = control::run(seen, input.controller, options, progress);
   run.steps = milling.steps();
+  if (made.finish) made.finish(run);
   run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(run.loop.end));
   run.material_key = workpiece.material_key();
   run.material_unit = workpiece.material_unit();

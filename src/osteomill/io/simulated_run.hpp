@@ -9,11 +9,20 @@
 
 #include "osteomill/base/progress.hpp"
 #include "osteomill/control/loop.hpp"
+#include "osteomill/io/machine_summary.hpp"
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/simulate/summary.hpp"
 #include "osteomill/workpiece/stock.hpp"
 
 namespace osteomill::io {
+
+struct SimulatedRun;
+
+/// A plant in the place of the simulated one, and what it has to say when the run is over.
+struct MadePlant {
+  std::unique_ptr<control::Plant> plant;
+  std::function<void(SimulatedRun& run)> finish;
+};
 
 /// How runs are run.
 struct RunOptions {
@@ -21,6 +30,9 @@ struct RunOptions {
   /// The plant that the loop sees in place of the simulated one: that one in real time or recorded.
   /// It must outlive the run. None: the simulated one.
   std::function<control::Plant&(control::Plant& plant, double period)> wrap;
+  /// Makes the plant of a run that plays its bone with `milling`. It has a supervisor of its own.
+  /// None: the simulated one, with the case's supervisor in the loop.
+  std::function<MadePlant(const SimulateCase& input, simulate::Milling& milling)> make;
   bool real_time = false;  ///< the wrapped plant is: see control::LoopOptions
 };
 
@@ -35,6 +47,7 @@ struct SimulatedRun {
   std::shared_ptr<const workpiece::Stock> before;
   std::shared_ptr<const workpiece::Stock> after;
   control::LoopSummary loop;
+  std::optional<MachineSummary> machine;          ///< with a machine that moved
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for
   std::vector<std::string> warnings;              ///< what the reader of the result has to know
 };

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
-#include <numeric>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -13,18 +11,13 @@
 namespace osteomill::simulate {
 namespace {
 
-/// Samples in the largest whole number of revolutions that a control period holds, or in one
-/// revolution where it takes longer.
-std::size_t window_samples(const Machine& machine) {
-  const double revolution = 2.0 * std::numbers::pi / machine.spindle_speed;
-  // A millionth, so that 10 ms at 6000 rpm hold one revolution in spite of rounding.
-  const double revolutions = std::max(1.0, std::floor(machine.period / revolution + 1e-6));
-  return static_cast<std::size_t>(
-      std::max(1.0, std::round(revolutions * revolution * machine.sample_rate)));
-}
-
 std::size_t samples_per_period(const Machine& machine) {
   return static_cast<std::size_t>(std::round(machine.period * machine.sample_rate));
+}
+
+const Machine& checked(const Machine& machine) {
+  check(machine);
+  return machine;
 }
 
 }  // namespace
@@ -47,12 +40,12 @@ void check(const Machine& machine) {
 
 Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limit)
     : workpiece_(workpiece),
-      machine_(machine),
+      machine_(checked(machine)),
       force_limit_(require_positive("limits.force_n", force_limit, "N")),
       length_(workpiece.length()),
       state_{0.0, machine.start_feed, 0.0},
-      noise_(machine.seed) {
-  check(machine_);
+      noise_(machine.seed),
+      window_(machine.spindle_speed, machine.sample_rate, machine.period) {
   if (machine_.servo) servo_.emplace(*machine_.servo, 1.0 / machine_.sample_rate);
   const std::size_t count = samples_per_period(machine_);
   positions_.resize(count);
@@ -61,23 +54,7 @@ Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limi
   cut_.forces_W.resize(count);
   cut_.torques.resize(count);
   cut_.contacts.resize(count);
-  window_.assign(window_samples(machine_), 0.0);
   reported_.assign(machine_.delay_updates, Reading{});
-}
-
-double Milling::window_mean() const {
-  return std::accumulate(window_.begin(), window_.end(), 0.0) / static_cast<double>(window_.size());
-}
-
-double Milling::window_line(int per_revolution) const {
-  // The window holds whole revolutions, so a line is one term of its Fourier series.
-  std::complex<double> sum = 0.0;
-  const double turn = machine_.spindle_speed * per_revolution / machine_.sample_rate;
-  for (std::size_t i = 0; i < window_.size(); ++i) {
-    sum += window_[(window_at_ + i) % window_.size()] *
-           std::polar(1.0, -turn * static_cast<double>(i));
-  }
-  return 2.0 * std::abs(sum) / static_cast<double>(window_.size());
 }
 
 Report Milling::report() const {
@@ -89,8 +66,8 @@ Report Milling::report() const {
   seen.mean_force = reported_.back().mean;
   seen.peak_force = reported_.back().peak;
   if (!steps_.empty()) seen.mean_torque = steps_.back().mean_torque;
-  seen.tooth_line = window_line(machine_.flutes);
-  seen.revolution_line = machine_.flutes == 1 ? 0.0 : window_line(1);
+  seen.tooth_line = window_.line(machine_.flutes);
+  seen.revolution_line = machine_.flutes == 1 ? 0.0 : window_.line(1);
   seen.to_contact = workpiece_.to_contact(state_.integral);
   seen.entering = workpiece_.entering(state_.integral);
   seen.finished = finished();
@@ -100,59 +77,83 @@ Report Milling::report() const {
 Report Milling::advance(const FeedRequest& request) {
   require_non_negative("feed command", request.feed / units::mm_per_s, "mm/s");
   const double sample_time = 1.0 / machine_.sample_rate;
-  const double start_time = steps_.empty() ? 0.0 : steps_.back().time;
   const double from = state_.integral;
-  const std::size_t count = positions_.size();
-  for (std::size_t i = 0; i < count; ++i) {
+  numerics::LagState state = state_;
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
     if (servo_) {
-      state_ = servo_->advance(state_, request.feed);
+      state = servo_->advance(state, request.feed);
     } else {
-      state_ = {state_.integral + request.feed * sample_time, request.feed, 0.0};
+      state = {state.integral + request.feed * sample_time, request.feed, 0.0};
     }
+    positions_[i] = state.integral;
+    feeds_[i] = state.value;
+  }
+  follow(positions_, feeds_);
+  state_ = state;
+  state_.integral = workpiece_.next_start(from, state_.integral);
+  return end_period(request);
+}
+
+const Cut& Milling::follow(std::span<const double> positions, std::span<const double> feeds) {
+  const double sample_time = 1.0 / machine_.sample_rate;
+  const double start_time = static_cast<double>(steps_.size()) * machine_.period;
+  const auto in_period = static_cast<double>(positions_.size());
+  const std::size_t count = positions.size();
+  if (followed_ == 0) opened_at_ = state_.integral;
+  for (std::size_t i = 0; i < count; ++i) {
     angle_ += machine_.spindle_speed * sample_time;
-    positions_[i] = state_.integral;
-    feeds_[i] = state_.value;
     angles_[i] = angle_;
   }
   angle_ = std::fmod(angle_, 2.0 * std::numbers::pi);
+  cut_.forces_W.resize(count);
+  cut_.torques.resize(count);
+  cut_.contacts.resize(count);
   cut_.removed_volume = 0.0;
   cut_.material = 0.0;
-  workpiece_.mill({from, positions_, feeds_, angles_, sample_time, machine_.spindle_speed}, cut_);
+  const std::span<const double> angles(angles_.data(), count);
+  workpiece_.mill({state_.integral, positions, feeds, angles, sample_time, machine_.spindle_speed},
+                  cut_);
+  open_.removed_volume += cut_.removed_volume;
+  if (cut_.material > 0.0) {
+    open_.material += cut_.material;
+    ++pieces_in_bone_;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const double force = cut_.forces_W[i].norm();
+    open_.mean_force_W += cut_.forces_W[i] / in_period;
+    open_.mean_torque += cut_.torques[i] / in_period;
+    open_.peak_force = std::max(open_.peak_force, force);
+    open_.feed_work -= cut_.forces_W[i].dot(cut_.direction_W) * feeds[i] * sample_time;
+    open_.spindle_work += cut_.torques[i] * machine_.spindle_speed * sample_time;
+    if (force > force_limit_) open_.time_above_limit += sample_time;
+    ++followed_;
+    if (cut_.contacts[i] != 0) {
+      const double time = start_time + followed_ * sample_time;
+      if (open_.samples_in_contact == 0) open_.first_contact = time;
+      open_.last_contact = time;
+      ++open_.samples_in_contact;
+      open_.sum_force += force;
+    }
+    window_.add(force);
+  }
+  if (!std::isfinite(open_.sum_force) || !std::isfinite(open_.mean_torque)) {
+    throw NoSolution("the cutting force is not finite at " +
+                     std::to_string(positions.back() / units::mm) + " mm along the path");
+  }
+  state_ = {positions.back(), feeds.back(), 0.0};
+  return cut_;
+}
 
-  const Place place = workpiece_.at(from);
-  Step step;
+Report Milling::end_period(const FeedRequest& request) {
+  Step step = open_;
   step.time = static_cast<double>(steps_.size() + 1) * machine_.period;
-  step.line = place.line;
+  step.line = workpiece_.at(opened_at_).line;
   step.command = request.feed;
   step.mode = request.mode;
   step.saturated = request.saturated;
   step.feed = state_.value;
-  step.removed_volume = cut_.removed_volume;
-  step.material = cut_.material;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double force = cut_.forces_W[i].norm();
-    step.mean_force_W += cut_.forces_W[i] / static_cast<double>(count);
-    step.mean_torque += cut_.torques[i] / static_cast<double>(count);
-    step.peak_force = std::max(step.peak_force, force);
-    step.feed_work -= cut_.forces_W[i].dot(cut_.direction_W) * feeds_[i] * sample_time;
-    step.spindle_work += cut_.torques[i] * machine_.spindle_speed * sample_time;
-    if (force > force_limit_) step.time_above_limit += sample_time;
-    if (cut_.contacts[i] != 0) {
-      const double time = start_time + static_cast<double>(i + 1) * sample_time;
-      if (step.samples_in_contact == 0) step.first_contact = time;
-      step.last_contact = time;
-      ++step.samples_in_contact;
-      step.sum_force += force;
-    }
-    window_[window_at_] = force;
-    window_at_ = (window_at_ + 1) % window_.size();
-  }
-  step.mean_force = window_mean();
-  if (!std::isfinite(step.sum_force) || !std::isfinite(step.mean_torque)) {
-    throw NoSolution("the cutting force is not finite at " +
-                     std::to_string(state_.integral / units::mm) + " mm along the path");
-  }
-  state_.integral = workpiece_.next_start(from, state_.integral);
+  if (pieces_in_bone_ > 0) step.material /= pieces_in_bone_;
+  step.mean_force = window_.mean();
   step.position = state_.integral;
   const Place end = workpiece_.at(state_.integral);
   step.tip_W = end.tip_W;
@@ -162,6 +163,9 @@ Report Milling::advance(const FeedRequest& request) {
   std::rotate(reported_.rbegin(), reported_.rbegin() + 1, reported_.rend());
   const double noise = machine_.force_noise > 0.0 ? machine_.force_noise * noise_.normal() : 0.0;
   reported_.front() = {step.mean_force + noise, step.peak_force + noise};
+  open_ = {};
+  followed_ = 0;
+  pieces_in_bone_ = 0;
   return report();
 }
 

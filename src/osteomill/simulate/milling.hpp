@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "osteomill/base/random.hpp"
+#include "osteomill/numerics/revolution_window.hpp"
 #include "osteomill/numerics/second_order_lag.hpp"
 #include "osteomill/simulate/workpiece.hpp"
 
@@ -77,7 +79,8 @@ struct Step {
 };
 
 /// A workpiece being milled in time. It is advanced one control period at a time with the feed that
-/// is asked for; the servo is stepped exactly between the samples of the force sensor.
+/// is asked for; the servo is stepped exactly between the samples of the force sensor. Or a machine
+/// moves: then `follow` plays what it did, piece by piece, and `end_period` closes the period.
 class Milling {
  public:
   /// `force_limit`: what Step::time_above_limit counts against, N.
@@ -85,13 +88,15 @@ class Milling {
 
   Report report() const;
   Report advance(const FeedRequest& request);
+  /// Plays a piece of motion, sampled at the sensor's rate: places along the path, m, and feeds,
+  /// m/s. A piece is at most a control period long.
+  const Cut& follow(std::span<const double> positions, std::span<const double> feeds);
+  /// A control period of motion has been followed; `request` is what was asked for in it.
+  Report end_period(const FeedRequest& request);
   bool finished() const { return state_.integral >= length_; }
   const std::vector<Step>& steps() const { return steps_; }
 
  private:
-  double window_mean() const;
-  double window_line(int per_revolution) const;
-
   Workpiece& workpiece_;
   Machine machine_;
   double force_limit_ = 0.0;
@@ -102,8 +107,11 @@ class Milling {
   Random noise_;
   std::vector<double> positions_, feeds_, angles_;  ///< of the samples of a period
   Cut cut_;
-  std::vector<double> window_;  ///< last magnitudes, a ring over whole revolutions
-  std::size_t window_at_ = 0;
+  Step open_;               ///< the period that is not over yet
+  double opened_at_ = 0.0;  ///< place along the path, m
+  int followed_ = 0;        ///< samples of it so far
+  int pieces_in_bone_ = 0;
+  numerics::RevolutionWindow window_;  ///< last magnitudes
   struct Reading {
     double mean = 0.0;
     double peak = 0.0;

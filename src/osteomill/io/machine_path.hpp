@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "osteomill/geometry/pose.hpp"
+#include "osteomill/simulate/line_profile.hpp"
+
+namespace osteomill::io {
+
+/// A straight move of the tool's tip.
+struct MachineMove {
+  geometry::Vector3 start_W = geometry::Vector3::Zero();  ///< m
+  geometry::Vector3 end_W = geometry::Vector3::Zero();    ///< m
+  double from = 0.0;  ///< place along the case's path at its start, m
+  double to = 0.0;    ///< and at its end; the same for a move that is not part of that path
+  bool cut = false;   ///< part of the case's path
+};
+
+/// What a machine does to mill the lines of a profile: each line in one move, and between two
+/// lines away from the wall by `clearance`, back, and up to the wall again.
+std::vector<MachineMove> machine_path(const simulate::LineProfileWorkpiece& workpiece,
+                                      double clearance);
+
+/// The same as a program for LinuxCNC: cuts with G1 at `full_feed`, m/s, under adaptive feed (M52
+/// P1), the moves between them with G0, exact stops.
+std::string gcode_of(const std::vector<MachineMove>& path, double full_feed, double spindle_speed);
+
+/// Follows a machine along its path from the positions that it reports.
+class PathFollower {
+ public:
+  explicit PathFollower(std::vector<MachineMove> path);
+
+  struct Place {
+    double position = 0.0;  ///< along the case's path, m
+    bool cut = false;       ///< within a move of that path
+    bool finished = false;  ///< the last move has come to its end
+  };
+  /// The next position, p_WT in W. The first one is where the approach begins.
+  Place update(const geometry::Vector3& p_W);
+
+ private:
+  std::vector<MachineMove> path_;
+  std::size_t at_ = 0;
+  bool begun_ = false;
+};
+
+}  // namespace osteomill::io

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "osteomill/control/loop.hpp"
+#include "osteomill/io/netft_client.hpp"
+
+namespace osteomill::io {
+
+/// A stop as the machine's own cycles tell it; numbers of cycles.
+struct MachineStop {
+  control::LoopEvent event;
+  std::uint32_t seen = 0;                ///< cycle in which the supervisor saw the fault
+  std::optional<std::uint32_t> held;     ///< first cycle with the feed inhibited
+  std::optional<std::uint32_t> rest;     ///< first cycle at rest
+  std::optional<std::uint32_t> spindle;  ///< first cycle with the spindle inhibited
+};
+
+struct MachineSummary {
+  std::uint32_t cycles = 0;  ///< that were seen
+  std::uint32_t lost = 0;
+  /// Servo cycles from a change of the feed, as it left here, to the end of the cycle that had it.
+  std::vector<int> feed_delays;
+  std::optional<MachineStop> stop;
+  netft::Health sensor;
+  double machine_time = 0.0;  ///< from the first to the last cycle, moves between lines included, s
+};
+
+}  // namespace osteomill::io

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/io/real_time.hpp"
+
+#include <sched.h>
+#include <sys/mman.h>
+
+namespace osteomill::io {
+
+bool ask_for_real_time() {
+  sched_param priority{};
+  priority.sched_priority = 80;
+  return sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) == 0 &&
+         mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+}
+
+}  // namespace osteomill::io

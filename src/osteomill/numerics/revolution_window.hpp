@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace osteomill::numerics {
+
+/// The newest samples of a signal over whole revolutions of a spindle, a ring. Over whole
+/// revolutions the ripple of the teeth averages out, and a line of the spectrum is one term of the
+/// Fourier series.
+class RevolutionWindow {
+ public:
+  /// The largest whole number of revolutions that `period` holds, or one where it takes longer.
+  /// @param speed  of the spindle, rad/s · @param rate  of the samples, 1/s · @param period  s
+  RevolutionWindow(double speed, double rate, double period);
+
+  void add(double sample) {
+    samples_[at_] = sample;
+    at_ = (at_ + 1) % samples_.size();
+  }
+  double mean() const;
+  /// Amplitude at so many times the frequency of the spindle.
+  double line(int per_revolution) const;
+  std::size_t size() const { return samples_.size(); }
+
+ private:
+  std::vector<double> samples_;  ///< zero before the first
+  std::size_t at_ = 0;           ///< the oldest
+  double turn_ = 0.0;            ///< of the spindle from sample to sample, rad
+};
+
+}  // namespace osteomill::numerics
