@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "osteomill/cutting/contact.hpp"
+#include "osteomill/cutting/flutes.hpp"
 #include "osteomill/numerics/quadrature.hpp"
 
 namespace osteomill::identify {
@@ -62,38 +63,6 @@ double end_of_contact(double inside, double positive, double outside, double neg
 }
 
 }  // namespace
-
-std::string UnitForce::name(bool numbered) const {
-  static constexpr const char* kLetters = "tra";
-  std::string text = "K";
-  text += kLetters[static_cast<int>(component)];
-  text += kind == Kind::shear ? 'c' : 'e';
-  if (numbered) text += std::to_string(power);
-  return text;
-}
-
-std::vector<UnitForce> linear_law_units(bool axial) {
-  std::vector<UnitForce> units;
-  for (const UnitForce::Kind kind : {UnitForce::Kind::shear, UnitForce::Kind::edge}) {
-    units.push_back({ForceComponent::tangential, kind, 0});
-    units.push_back({ForceComponent::radial, kind, 0});
-    if (axial) units.push_back({ForceComponent::axial, kind, 0});
-  }
-  return units;
-}
-
-std::vector<UnitForce> polynomial_law_units(int shear_order, int edge_order) {
-  std::vector<UnitForce> units;
-  const auto add = [&](UnitForce::Kind kind, int order) {
-    for (const ForceComponent component :
-         {ForceComponent::tangential, ForceComponent::radial, ForceComponent::axial}) {
-      for (int power = 0; power <= order; ++power) units.push_back({component, kind, power});
-    }
-  };
-  add(UnitForce::Kind::shear, shear_order);
-  add(UnitForce::Kind::edge_along_length, edge_order);
-  return units;
-}
 
 EdgeColumns::EdgeColumns(const cutting::Cutter& cutter, const cutting::Condition& condition,
                          const cutting::Immersion& immersion, std::vector<UnitForce> units)

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +13,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/identify/fit_uncertainty.hpp"
 #include "osteomill/numerics/distributions.hpp"
+#include "osteomill/numerics/quadrature.hpp"
 
 namespace osteomill::identify {
 namespace {
@@ -23,7 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 /// Starts are compared on no more angles than this.
-constexpr Index kStartAngles = 40;
+constexpr Index kStartAngles = 24;
 constexpr int kStartPhases = 24;  // a pitch
 
 /// The unknowns that the forces are not linear in, made dimensionless: run-out x, y and tilt x, y
@@ -65,7 +65,7 @@ struct Layout {
 class Problem {
  public:
   Problem(const EdgeColumns& model, const Layout& layout, const InstantaneousOptions& options,
-          std::vector<double> angle, const Eigen::MatrixX3d& mean)
+          std::vector<double> angle, const Eigen::MatrixX3d& mean, double width)
       : model_(model),
         layout_(layout),
         options_(options),
@@ -75,7 +75,11 @@ class Problem {
     for (Index axis = 0; axis < 3; ++axis) {
       if (options.offset_deviation[axis] > 0.0) offsets_.push_back(axis);
     }
-    if (!options.harmonic_gains.empty()) prepare_gains();
+    if (!options.harmonic_gains.empty()) {
+      prepare_gains(width);
+    } else if (width > 0.0) {
+      prepare_width(width);
+    }
   }
 
   Index linear() const { return static_cast<Index>(model_.units().size() + offsets_.size()); }
@@ -141,8 +145,13 @@ class Problem {
   /// The model is worked out on a grid of its own, fine enough that its higher harmonics, which the
   /// filter took away, do not fold back: of the first that does, a step in the force has left less
   /// than a third of what it has at the last that counts.
-  void prepare_gains() {
-    const auto harmonics = static_cast<Index>(options_.harmonic_gains.size());
+  void prepare_gains(double width) {
+    std::vector<double> gains = options_.harmonic_gains;
+    for (std::size_t h = 1; h < gains.size(); ++h) {
+      const double half = 0.5 * static_cast<double>(h) * width;
+      if (half > 0.0) gains[h] *= std::sin(half) / half;
+    }
+    const auto harmonics = static_cast<Index>(gains.size());
     const Index fine = std::max<Index>(72, 8 * harmonics);
     gains_.resize(rows_, fine);
     for (Index k = 0; k < fine; ++k) {
@@ -154,11 +163,25 @@ class Problem {
         double next = 0.0;
         double after = 0.0;
         for (Index h = harmonics - 1; h > 0; --h) {
-          const double gain = 2.0 * options_.harmonic_gains[static_cast<std::size_t>(h)];
+          const double gain = 2.0 * gains[static_cast<std::size_t>(h)];
           after = std::exchange(next, gain + twice * next - after);
         }
-        gains_(i, k) =
-            (options_.harmonic_gains[0] + 0.5 * twice * next - after) / static_cast<double>(fine);
+        gains_(i, k) = (gains[0] + 0.5 * twice * next - after) / static_cast<double>(fine);
+      }
+    }
+  }
+
+  /// Means over a width about each angle, by three nodes.
+  void prepare_width(double width) {
+    const numerics::QuadratureRule rule = numerics::gauss_legendre(3);
+    const auto nodes = static_cast<Index>(rule.nodes.size());
+    gains_ = MatrixXd::Zero(rows_, nodes * rows_);
+    for (Index i = 0; i < rows_; ++i) {
+      for (Index k = 0; k < nodes; ++k) {
+        const auto node = static_cast<std::size_t>(k);
+        fine_angle_.push_back(angle_[static_cast<std::size_t>(i)] +
+                              width * (rule.nodes[node] - 0.5));
+        gains_(i, nodes * i + k) = rule.weights[node];
       }
     }
   }
@@ -300,8 +323,8 @@ Point best_start(const Problem& problem, const Eigen::Vector3d& deviation, const
     }
   }
   std::sort(starts.begin(), starts.end(), cheaper);
-  if (starts.size() > 4) starts.resize(4);
-  for (Point& start : starts) descend(problem, deviation, start, 8);
+  if (starts.size() > 3) starts.resize(3);
+  for (Point& start : starts) descend(problem, deviation, start, 6);
   return *std::min_element(starts.begin(), starts.end(), cheaper);
 }
 
@@ -359,17 +382,17 @@ std::vector<std::string> outer_names(const Layout& layout) {
   return names;
 }
 
-bool numbered(const std::vector<UnitForce>& units) {
-  return std::any_of(units.begin(), units.end(), [](const UnitForce& unit) {
-    return unit.power > 0 || unit.kind == UnitForce::Kind::edge_along_length;
-  });
-}
-
 /// Jacobian of all unknowns, not weighted: units, outer unknowns in SI, offsets.
 MatrixXd jacobian_of(const Problem& problem, const Layout& layout, const Point& point,
                      Index units) {
-  const MatrixXd outer =
-      central_derivatives(problem, point) * layout.units().cwiseInverse().asDiagonal();
+  MatrixXd outer = central_derivatives(problem, point);
+  // A feed of run-out, or a radian, changes the forces by about themselves. What changes them by
+  // no more than rounding changes them by nothing.
+  const double forces = (point.columns * point.linear).norm();
+  for (Index k = 0; k < outer.cols(); ++k) {
+    if (outer.col(k).norm() < kRankThreshold * forces) outer.col(k).setZero();
+  }
+  outer = outer * layout.units().cwiseInverse().asDiagonal();
   MatrixXd jacobian(point.columns.rows(), point.columns.cols() + outer.cols());
   jacobian << point.columns.leftCols(units), outer,
       point.columns.rightCols(point.columns.cols() - units);
@@ -412,10 +435,10 @@ InstantaneousFit fit_instantaneous(const RevolutionForces& forces, const cutting
       angle.push_back(forces.angle[static_cast<std::size_t>(i * stride)]);
       mean.row(i) = forces.mean.row(i * stride);
     }
-    const Problem coarse(model, layout, options, std::move(angle), mean);
+    const Problem coarse(model, layout, options, std::move(angle), mean, forces.width);
     point = best_start(coarse, deviation, layout, period);
   }
-  const Problem problem(model, layout, options, forces.angle, forces.mean);
+  const Problem problem(model, layout, options, forces.angle, forces.mean, forces.width);
   const bool known_scatter = forces.each.rows() > 1;
   // Without scatter the residuals of a first fit say how noisy each component is.
   for (int pass = 0; pass < (known_scatter ? 1 : 2); ++pass) {
@@ -466,39 +489,10 @@ InstantaneousFit fit_instantaneous(const RevolutionForces& forces, const cutting
                              values[i] - quantile * error, values[i] + quantile * error,
                              uncertainty.determined[static_cast<std::size_t>(i)]});
   }
-  return fit;
-}
-
-cutting::CuttingLaw law_of(const std::vector<UnitForce>& units, const VectorXd& values) {
-  if (static_cast<Index>(units.size()) != values.size()) {
-    throw InvalidInput(
-        Fault{"coefficients", std::to_string(values.size()), "must be as many as the units", ""});
+  for (std::string& sentence : verdict_of(fit, options.confidence)) {
+    fit.verdict.push_back(std::move(sentence));
   }
-  const auto component = [&](ForceComponent wanted,
-                             double sign) -> std::optional<cutting::DirectionalLaw> {
-    cutting::LinearLaw linear;
-    cutting::PolynomialLaw polynomial;
-    bool any = false;
-    for (std::size_t i = 0; i < units.size(); ++i) {
-      if (units[i].component != wanted) continue;
-      any = true;
-      const double value = sign * values[static_cast<Index>(i)];
-      const bool shear = units[i].kind == UnitForce::Kind::shear;
-      (shear ? linear.pressure : linear.edge) += value;
-      std::vector<double>& powers = shear ? polynomial.pressure : polynomial.edge;
-      const auto power = static_cast<std::size_t>(units[i].power);
-      powers.resize(std::max(powers.size(), power + 1), 0.0);
-      powers[power] += value;
-    }
-    if (!any) return std::nullopt;
-    if (numbered(units)) return cutting::DirectionalLaw{polynomial, std::nullopt};
-    return cutting::DirectionalLaw{linear, std::nullopt};
-  };
-  const cutting::DirectionalLaw none{cutting::LinearLaw{}, std::nullopt};
-  return {.tangential = component(ForceComponent::tangential, 1.0).value_or(none),
-          .radial = component(ForceComponent::radial, 1.0).value_or(none),
-          .lateral = component(ForceComponent::axial, -1.0),
-          .orientation = cutting::OrientationCriterion::none};
+  return fit;
 }
 
 }  // namespace osteomill::identify

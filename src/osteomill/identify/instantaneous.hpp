@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "osteomill/cutting/cutting_law.hpp"
 #include "osteomill/geometry/pose.hpp"
 #include "osteomill/identify/edge_columns.hpp"
 
@@ -19,6 +18,8 @@ struct RevolutionForces {
   /// Every revolution (row), or group of them in the order of time: x at all angles, then y, then
   /// z, N. Tells what noise the mean has; empty when only the mean is known.
   Eigen::MatrixXd each;
+  /// Width of angle that each value is the mean over, rad; the model is averaged alike.
+  double width = 0.0;
 };
 
 struct InstantaneousOptions {
@@ -85,8 +86,8 @@ InstantaneousFit fit_instantaneous(const RevolutionForces& forces, const cutting
                                    const cutting::Immersion& immersion,
                                    const InstantaneousOptions& options = {});
 
-/// The law of fitted coefficients: linear laws, or polynomials where powers of kappa are among
-/// them; in the order of `units`.
-cutting::CuttingLaw law_of(const std::vector<UnitForce>& units, const Eigen::VectorXd& values);
+/// What the data do not determine, what cannot be told from zero or apart, and whether the model
+/// misses more than noise explains, in sentences.
+std::vector<std::string> verdict_of(const InstantaneousFit& fit, double confidence);
 
 }  // namespace osteomill::identify

@@ -70,8 +70,7 @@ void take_baseline(ProcessedRecord& out, const SignalChain& chain) {
 void filter(ProcessedRecord& out, const CutOfRecord& cut, const SignalChain& chain) {
   if (chain.filter_order == 0) return;
   const double line = cut.flutes * cut.spindle_speed / kTurn;
-  const double cutoff =
-      chain.cutoff_hz > 0.0 ? chain.cutoff_hz : chain.cutoff_over_tooth_passing * line;
+  const double cutoff = cutoff_of(chain, cut);
   out.record.force =
       zero_phase(design({.order = chain.filter_order, .cutoff_hz = cutoff}, out.record.rate),
                  out.record.force);
@@ -148,6 +147,12 @@ void rotate(ProcessedRecord& out, const ForceRecord& plateau, const CutOfRecord&
 }
 
 }  // namespace
+
+double cutoff_of(const SignalChain& chain, const CutOfRecord& cut) {
+  return chain.cutoff_hz > 0.0
+             ? chain.cutoff_hz
+             : chain.cutoff_over_tooth_passing * cut.flutes * cut.spindle_speed / kTurn;
+}
 
 ProcessedRecord process(const ForceRecord& record, const CutOfRecord& cut,
                         const SignalChain& chain) {

@@ -56,6 +56,9 @@ struct CutOfRecord {
   int flutes = 1;
 };
 
+/// Cut-off frequency of the chain's filter on a cut, Hz.
+double cutoff_of(const SignalChain& chain, const CutOfRecord& cut);
+
 struct ProcessedRecord {
   ForceRecord record;  ///< whole length, compensated, without baseline, filtered
   Segmentation segments;
