@@ -56,10 +56,10 @@ Eigen::Index order_of(const std::vector<Biquad>& sections) {
 }  // namespace
 
 std::vector<Biquad> design(const Butterworth& filter, double rate) {
-  require_within("filter.order", filter.order, 1, 50, "");
+  require_within("signals.filter_order", filter.order, 1, 50, "");
   require_positive("record.rate", rate, "Hz");
   if (!(filter.cutoff_hz > 0.0 && filter.cutoff_hz < 0.5 * rate)) {
-    throw InvalidInput({"filter.cutoff_hz", fmt::format("{:g} Hz", filter.cutoff_hz),
+    throw InvalidInput({"signals.cutoff_hz", fmt::format("{:g} Hz", filter.cutoff_hz),
                         fmt::format("must lie between 0 and half the rate, {:g} Hz", 0.5 * rate),
                         "lower the cut-off or leave the filter out"});
   }

@@ -102,11 +102,11 @@ TEST(ZeroPhase, RefusesWhatIsNoFilter) {
     Eigen::Index samples;
     const char* named;
   };
-  for (const Bad& bad : {Bad{"order 0", {0, 100.0}, 1000, "filter.order"},
-                         {"order 51", {51, 100.0}, 1000, "filter.order"},
-                         {"no cut-off", {4, 0.0}, 1000, "filter.cutoff_hz"},
-                         {"half the rate", {4, 500.0}, 1000, "filter.cutoff_hz"},
-                         {"not a number", {4, std::nan("")}, 1000, "filter.cutoff_hz"},
+  for (const Bad& bad : {Bad{"order 0", {0, 100.0}, 1000, "signals.filter_order"},
+                         {"order 51", {51, 100.0}, 1000, "signals.filter_order"},
+                         {"no cut-off", {4, 0.0}, 1000, "signals.cutoff_hz"},
+                         {"half the rate", {4, 500.0}, 1000, "signals.cutoff_hz"},
+                         {"not a number", {4, std::nan("")}, 1000, "signals.cutoff_hz"},
                          {"too short", {4, 100.0}, 15, "record"}}) {
     try {
       zero_phase(design(bad.filter, 1000.0), Eigen::VectorXd::Ones(bad.samples));

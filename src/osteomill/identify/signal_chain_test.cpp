@@ -95,7 +95,7 @@ TEST(SignalChain, NamesTheStepThatCannotBeDone) {
   whole.idle = 0.0;
   const ForceRecord record = whole.make();
   for (const Bad& bad : {Bad{{.baseline = BaselineKind::tare}, "signals.baseline"},
-                         {{.filter_order = 4, .cutoff_hz = 5000.0}, "filter.cutoff_hz"},
+                         {{.filter_order = 4, .cutoff_hz = 5000.0}, "signals.cutoff_hz"},
                          {{.rotation = RotationSource::tacho}, "record.tacho"},
                          {{.dynamometer = DynamometerResponse{}}, "signals.dynamometer_frf"}}) {
     try {

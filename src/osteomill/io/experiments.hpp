@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,10 @@ struct SignalsCase {
 };
 void bind_signals(Section& section, SignalsCase& signals);
 
+/// What a dynamometer shows over what is applied: columns frequency_hz and real_x, imaginary_x, and
+/// so for y and z, or real and imaginary for all three.
+identify::DynamometerResponse read_dynamometer(const std::filesystem::path& file);
+
 /// [experiments], [record] and [signals] of a case.
 struct ExperimentsCase {
   std::filesystem::path table;
@@ -34,10 +39,10 @@ void bind_experiments(Section& section, ExperimentsCase& experiments);
 /// What the case says where the table does not.
 struct ExperimentDefaults {
   cutting::Cutter cutter;
-  cutting::Immersion immersion;  ///< an axial depth of 0 must come from the table
-  double spindle_speed = 0.0;    ///< rad/s; 0 must come from the table
-  double feed_per_tooth = 0.0;   ///< m; 0 must come from the table
-  double fibre_angle = 0.0;      ///< rad
+  cutting::Immersion immersion = {};  ///< an axial depth of 0 must come from the table
+  double spindle_speed = 0.0;         ///< rad/s; 0 must come from the table
+  double feed_per_tooth = 0.0;        ///< m; 0 must come from the table
+  double fibre_angle = 0.0;           ///< rad
 };
 
 /// An experiment and, where it came from a record, the record with its steps.
@@ -49,10 +54,14 @@ struct LoadedExperiment {
   std::vector<std::string> warnings;  ///< of this experiment
 };
 
+/// Called with each record as it was read, before the chain, and what came out of it: for figures.
+using RecordSeen = std::function<void(const identify::ForceRecord&, const LoadedExperiment&)>;
+
 /// Reads the table and its records and runs the chain on each. Mean forces given in the table
 /// are brought to the tool frame by `axes` and `on_workpiece` of the format, as records are.
 /// Throws InvalidInput with the faults of all rows.
 std::vector<LoadedExperiment> load_experiments(const ExperimentsCase& experiments,
-                                               const ExperimentDefaults& defaults);
+                                               const ExperimentDefaults& defaults,
+                                               const RecordSeen& seen = {});
 
 }  // namespace osteomill::io

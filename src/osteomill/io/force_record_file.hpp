@@ -31,6 +31,7 @@ struct RecordFormat {
   std::string tacho;           ///< empty: "tacho" and the like, if there
   std::string torque;          ///< empty: "torque", "Mz" and the like, if there
   std::string separator;       ///< empty: the one that fits
+  int header_lines = 0;        ///< of text, that are no numbers whatever they look like
   std::optional<double> rate;  ///< Hz
   std::string unit;            ///< N, kN, lbf, mV; empty: as the file says, otherwise a fault
   std::vector<double> sensitivity_mv_per_n;  ///< one, or one an axis; with mV
@@ -41,13 +42,17 @@ struct RecordFormat {
   std::vector<double> range;  ///< N, of the sensor's axes; empty: not known
   bool allow_saturation = false;
   GapPolicy gaps = GapPolicy::refuse;
-  std::vector<double> tare;  ///< N, of the sensor's axes, taken away; empty: none
-  double mass = 0.0;         ///< kg, of what hangs on the sensor
+  int longest_gap_samples = 10;  ///< that interpolate bridges
+  std::vector<double> tare;      ///< N, of the sensor's axes, taken away; empty: none
+  double mass = 0.0;             ///< kg, of what hangs on the sensor
   std::array<double, 3> down = {0.0, 0.0, -1.0};  ///< direction of gravity in the sensor's axes
   std::string turning;  ///< column with the sensor's angle, deg; empty: it stands
   std::array<double, 3> turning_axis = {0.0, 0.0, 1.0};  ///< of the sensor
 };
 void bind_record_format(Section& section, RecordFormat& format);
+
+/// F_T = result × F_sensor: `axes`, and the sign of `on_workpiece`.
+Eigen::Matrix3d to_tool_frame(const RecordFormat& format);
 
 struct LoadedRecord {
   identify::ForceRecord record;       ///< in T, N; gravity and a given tare away

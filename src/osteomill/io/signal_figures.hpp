@@ -10,19 +10,20 @@
 
 namespace osteomill::io {
 
-/// A figure of one step: its file stem, title and diagram.
+/// A figure of one step of the signal chain.
 struct SignalFigure {
-  std::string name;  ///< "record", "plateau", "cumulative_mean", "revolution", "spectrum"
+  std::string name;  ///< stem of its file: "record", "close", "mean", "revolution", "harmonics"
   std::string caption;
   LinePlot plot;
 };
 
-/// One figure a step that was done: record and filtered record with idle parts, cut and plateau;
-/// a close look at a few revolutions with envelope; cumulative mean and regression;
-/// mean revolution with its error; harmonics of the rotation. Long signals are thinned to their
-/// extremes, so that no peak is lost.
+/// Record as read and after the steps, with the plateau; a close look at four revolutions with the
+/// envelope where it was asked for; cumulative mean and regression; and, where a rotation was
+/// found, the mean revolution with its interval and the harmonics of the rotation. Long signals are
+/// thinned to their extremes, so that no peak is lost.
+/// @param name  of the experiment, for the titles
 std::vector<SignalFigure> figures_of(const identify::ForceRecord& raw,
-                                     const identify::ProcessedRecord& processed,
+                                     const identify::ProcessedRecord& processed, int flutes,
                                      const std::string& name);
 
 }  // namespace osteomill::io
