@@ -214,12 +214,12 @@ Segmentation segment(const ForceRecord& record, const SegmentOptions& options) {
     const double threshold = std::exp(otsu_threshold(size));
     out.cuts = stretches(n, window, shortest, [&](Eigen::Index i) { return level[i] > threshold; });
     out.idle = stretches(n, 1, 1, [&](Eigen::Index i) { return !(level[i] > threshold); });
-    // The window smears the edges by half its length; a whole one keeps the cut out for certain.
+    // The level rises half a window before the cut; another half keeps a soft entry out.
     for (Segment& part : out.idle) {
-      if (part.begin > 0) part.begin += window;
-      if (part.end < n) part.end -= window;
+      if (part.begin > 0) part.begin += window / 2;
+      if (part.end < n) part.end -= window / 2;
     }
-    std::erase_if(out.idle, [&](const Segment& s) { return s.size() < window; });
+    std::erase_if(out.idle, [&](const Segment& s) { return s.size() < window / 2; });
     out.idle_level = rms_over(rest, out.idle);
     out.cut_level = rms_over(rest, out.cuts);
     if (out.idle.empty() || out.cuts.empty() || out.cut_level < options.contrast * out.idle_level) {

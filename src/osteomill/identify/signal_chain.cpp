@@ -24,8 +24,8 @@ std::string seconds(const Segment& s, double rate) {
 void find_segments(ProcessedRecord& out, const CutOfRecord& cut, const SignalChain& chain) {
   SegmentOptions options = chain.segments;
   if (options.window <= 0.0) {
-    // Five revolutions, in which a force that repeats has one level; no more than a tenth.
-    options.window = cut.spindle_speed > 0.0 ? std::max(0.02, 5.0 * kTurn / cut.spindle_speed)
+    // Three revolutions, in which a force that repeats has one level; no more than a tenth.
+    options.window = cut.spindle_speed > 0.0 ? std::max(0.02, 3.0 * kTurn / cut.spindle_speed)
                                              : SegmentOptions{}.window;
     options.window = std::min(options.window, 0.1 * duration(out.record));
   }

@@ -34,7 +34,7 @@ struct SignalChain {
   std::optional<DynamometerResponse> dynamometer = {};
   CompensationOptions compensation = {};
 
-  SegmentOptions segments{.window = 0.0};  ///< window 0: five revolutions
+  SegmentOptions segments{.window = 0.0};  ///< window 0: three revolutions
   BaselineKind baseline = BaselineKind::none;
 
   int filter_order = 0;    ///< 0: no filter

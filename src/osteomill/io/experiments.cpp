@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/catalogue.hpp"
 #include "osteomill/io/section.hpp"
@@ -53,12 +54,22 @@ identify::Experiment experiment_of(const TestRow& row, const ExperimentDefaults&
   faults.gather([&] {
     out.condition.spindle_speed =
         either(row.spindle_speed, defaults.spindle_speed, "spindle_speed_rpm");
-    if (row.feed_rate) {
-      out.condition.feed_per_tooth =
-          cutting::feed_per_tooth(*row.feed_rate, out.condition.spindle_speed, out.cutter.flutes);
-    } else {
-      out.condition.feed_per_tooth =
-          either(row.feed_per_tooth, defaults.feed_per_tooth, "feed_per_tooth_mm");
+    const double speed = out.condition.spindle_speed;
+    const double by_rate =
+        row.feed_rate ? cutting::feed_per_tooth(*row.feed_rate, speed, out.cutter.flutes) : 0.0;
+    out.condition.feed_per_tooth =
+        row.feed_rate && !row.feed_per_tooth
+            ? by_rate
+            : either(row.feed_per_tooth, defaults.feed_per_tooth, "feed_per_tooth_mm");
+    // Printed tables round the feed a tooth to two digits or more.
+    if (row.feed_rate && std::abs(by_rate / out.condition.feed_per_tooth - 1.0) > 0.05) {
+      throw InvalidInput(
+          {"feed_rate", fmt::format("{:g} mm/min", *row.feed_rate / units::mm_per_min),
+           fmt::format("does not go with the rest: with {} flutes at {:.0f} rpm, {:g} mm/min make "
+                       "{:.4g} um a tooth, but feed_per_tooth is {:.4g} um",
+                       out.cutter.flutes, speed / units::rpm, *row.feed_rate / units::mm_per_min,
+                       by_rate / units::um, out.condition.feed_per_tooth / units::um),
+           "correct one of them, the speed or the number of flutes"});
     }
   });
   faults.raise();

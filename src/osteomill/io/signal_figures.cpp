@@ -120,7 +120,7 @@ SignalFigure mean_figure(const ProcessedRecord& done, const std::string& name) {
     Panel panel{.y = {fmt::format("F{}, N", kAxes[axis])}, .series = {}};
     // The first revolutions swing with the teeth; they would set the scale.
     const Eigen::VectorXd cumulative = identify::cumulative_mean(plateau.force.col(axis));
-    const Eigen::Index skip = cumulative.size() / 50;
+    const Eigen::Index skip = cumulative.size() / 20;
     panel.series.push_back(thinned(axis == 0 ? "cumulative mean" : "",
                                    cumulative.tail(cumulative.size() - skip),
                                    begin + static_cast<double>(skip) / plateau.rate, plateau.rate));

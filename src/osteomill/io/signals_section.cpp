@@ -35,7 +35,7 @@ void bind_signals(Section& section, SignalsCase& signals) {
                                "tare: mean of the idle parts away; drift: a line between them",
                                Need::optional);
         s.number("window_s", c.segments.window, {1.0, "s"}, non_negative(),
-                 "of the level that tells cut from idle; 0: five revolutions", Need::optional);
+                 "of the level that tells cut from idle; 0: three revolutions", Need::optional);
         s.number("shortest_cut_s", c.segments.shortest_cut, {1.0, "s"}, positive(), "",
                  Need::optional);
         s.number("settle_band", c.segments.settle_band, {}, up_to(1.0),

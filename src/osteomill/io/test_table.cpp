@@ -189,9 +189,6 @@ std::vector<TestRow> read_test_table(const std::filesystem::path& file) {
       one.flutes = static_cast<int>(std::min(64.0, *count));
     }
     one.immersion = immersion_of(cells, row);
-    if (one.feed_per_tooth && one.feed_rate)
-      cells.fault("feed_rate", "", "stands beside feed_per_tooth", "leave one of them empty",
-                  row.line);
     one.mean_force = vector(cells, row, mean, "mean_force");
     one.standard_error = vector(cells, row, error, "standard_error");
     const std::string record = cells.text(row, "record");

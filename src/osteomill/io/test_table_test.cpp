@@ -73,8 +73,6 @@ TEST(TestTable, NamesEveryFaultWithItsLine) {
          "stands beside mean forces"},
         {"record,immersion\na.csv,half\n", "immersion = half: must be slot, up or down"},
         {"record,flutes\na.csv,2.5\n", "must be a whole number"},
-        {"record,feed_rate_mm_per_s,feed_per_tooth_um\na.csv,1,2\n",
-         "stands beside feed_per_tooth"},
         {"record,name\na.csv,x\nb.csv,x\n", "table.csv:3: name = x: stands twice"},
         {"record\n", "needs one experiment at least"}}) {
     try {
@@ -167,6 +165,24 @@ TEST(Experiments, FaultsSayWhichRowTheyComeFrom) {
                 AllOf(HasSubstr("table.csv:3: axial_depth_mm: is missing"),
                       HasSubstr("table.csv:4: "), HasSubstr("missing.csv"),
                       HasSubstr("table.csv:5: "), HasSubstr("table.csv:6: feed_per_tooth_mm")));
+  }
+}
+
+TEST(Experiments, TheFeedMayStandTwiceWhereItAgrees) {
+  const std::string head =
+      "axial_depth_mm,feed_per_tooth_um,feed_rate_mm_per_min,mean_force_x_n,mean_force_y_n,"
+      "mean_force_z_n\n";
+  // 5 um × 2 flutes × 6000 rpm = 60 mm/min.
+  put("table.csv", head + "1,5,60,1,2,3\n");
+  const auto from = read("[experiments]\ntable = \"table.csv\"\n");
+  EXPECT_DOUBLE_EQ(load_experiments(from, kDefaults)[0].experiment.condition.feed_per_tooth, 5e-6);
+  put("table.csv", head + "1,5,70,1,2,3\n");
+  try {
+    load_experiments(from, kDefaults);
+    FAIL();
+  } catch (const InvalidInput& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("70 mm/min make 5.833 um a tooth, but feed_per_tooth is 5"));
   }
 }
 
