@@ -154,6 +154,10 @@ void LinuxcncPlant::play(const linuxcnc::Cycle& cycle) {
   }
   const PathFollower::Place place =
       follower_.update(geometry::Vector3(cycle.x, cycle.y, cycle.z) * units::mm);
+  if (log_.size() == 1) {
+    place_ = place;
+    milling_.start_at(place.position);
+  }
   measure(place, cycle);
   place_ = place;
   if (place.cut && ++cycles_in_period_ == cycles_per_period_) close_period();

@@ -70,8 +70,14 @@ std::string gcode_of(const std::vector<MachineMove>& path, double full_feed, dou
 PathFollower::PathFollower(std::vector<MachineMove> path) : path_(std::move(path)) {}
 
 PathFollower::Place PathFollower::update(const Vector3& p_W) {
-  if (!begun_) path_.front().start_W = p_W;
-  begun_ = true;
+  if (!begun_) {
+    path_.front().start_W = p_W;
+    const auto on = std::find_if(path_.begin(), path_.end(), [&](const MachineMove& move) {
+      return move.cut && distance(move, p_W) < kReached;
+    });
+    if (on != path_.end()) at_ = static_cast<std::size_t>(on - path_.begin());
+    begun_ = true;
+  }
   while (at_ + 1 < path_.size()) {
     const MachineMove& next = path_[at_ + 1];
     const bool reached = (p_W - path_[at_].end_W).norm() < kReached;

@@ -37,7 +37,8 @@ class PathFollower {
     bool cut = false;       ///< within a move of that path
     bool finished = false;  ///< the last move has come to its end
   };
-  /// The next position, p_WT in W. The first one is where the approach begins.
+  /// The next position, p_WT in W. The first one is where the approach begins, unless it lies on a
+  /// cut: then the machine goes on with that one, as after a stop.
   Place update(const geometry::Vector3& p_W);
 
  private:

@@ -72,6 +72,15 @@ TEST(MachinePath, AFollowerGoesOnWhenNoCycleHitsACorner) {
   EXPECT_NEAR(follower.update(Vector3(0.01, 0.00005, 0)).position, 0.01005, 1e-12);
 }
 
+TEST(MachinePath, AFollowerGoesOnInTheMiddleOfALineAfterAStop) {
+  const simulate::LineProfileWorkpiece workpiece = three_lines();
+  PathFollower follower(machine_path(workpiece, 5e-3));
+  const double there = workpiece.length() / 2.0;
+  const PathFollower::Place place = follower.update(workpiece.at(there).tip_W);
+  EXPECT_TRUE(place.cut);
+  EXPECT_NEAR(place.position, there, 1e-12);
+}
+
 TEST(MachinePath, TheProgramAsksForAdaptiveFeedAndCutsAtFullFeed) {
   const simulate::LineProfileWorkpiece workpiece = three_lines();
   const std::string program = gcode_of(machine_path(workpiece, 5e-3), 12e-3, 628.3185307);

@@ -20,8 +20,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// LinuxCNC takes three seconds to come up on an idle machine.
-constexpr auto kPatience = 60s;
+// LinuxCNC takes three seconds to come up on an idle machine; another one of ours may have to end
+// first, for which the launcher waits five minutes.
+constexpr auto kPatience = 400s;
 
 std::filesystem::path make_folder() {
   std::string name = (std::filesystem::temp_directory_path() / "osteomill-machine-XXXXXX").string();

@@ -91,6 +91,7 @@ void FakeSensor::measure(std::span<const Sample> samples) {
   answer();
   for (const Sample& sample : samples) {
     load_ = sample;
+    if (tamper_) tamper_(load_, last_.ft_sequence);
     Record record;
     record.rdt_sequence = last_.rdt_sequence + 1;
     record.ft_sequence = last_.ft_sequence + 1;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "osteomill/base/random.hpp"
 #include "osteomill/io/netft_client.hpp"
@@ -42,6 +44,9 @@ class FakeSensor {
   /// Answers what has been asked, then sends the samples to the client that asked for them last.
   void measure(std::span<const Sample> samples);
   void set_fault(SensorFault fault) { fault_ = fault; }
+  /// What else loads the sensor: changes each load before it is measured; `number` counts them.
+  using Tamper = std::function<void(Sample& load, std::uint64_t number)>;
+  void set_tamper(Tamper tamper) { tamper_ = std::move(tamper); }
 
  private:
   struct Socket;
@@ -52,6 +57,7 @@ class FakeSensor {
   Random random_;
   std::unique_ptr<Socket> socket_;
   SensorFault fault_ = SensorFault::none;
+  Tamper tamper_;
   Record last_;
   Sample load_;  ///< the newest, without bias
   Sample zero_;  ///< what bias took for zero

@@ -88,6 +88,8 @@ class Milling {
 
   Report report() const;
   Report advance(const FeedRequest& request);
+  /// The machine is found at a place along the path, m, before anything is followed.
+  void start_at(double position) { state_.integral = position; }
   /// Plays a piece of motion, sampled at the sensor's rate: places along the path, m, and feeds,
   /// m/s. A piece is at most a control period long.
   const Cut& follow(std::span<const double> positions, std::span<const double> feeds);
