@@ -271,8 +271,11 @@ TEST(LinuxcncMachine, StandsAfterEveryFaultThatTheSupervisorKnows) {
     if (fault.cause == Cause::force_rate) options.supervisor.force_rate = 5e3;
     Session session(there.process, options);
     session.cut(kFull, 40);
+    const Cycle& last = session.plant->cycles().back();
     ASSERT_FALSE(session.plant->summary().stop)
-        << control::name(session.plant->summary().stop->event.cause);
+        << control::name(session.plant->summary().stop->event.cause) << " after "
+        << session.plant->cycles().size() << " cycles; on " << int{last.motion_enabled}
+        << ", heartbeat " << int{last.heart_beats} << ", order " << last.order;
     const std::uint32_t injected = session.plant->cycles().back().number;
     fault.inject(session);
     const std::optional<MachineStop> stop = session.plant->summary().stop;

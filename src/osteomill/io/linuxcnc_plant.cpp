@@ -10,9 +10,10 @@
 namespace osteomill::io {
 namespace {
 
-constexpr double kRest = 1e-6;              // slower than 1 um/s is rest, m/s
-constexpr double kLongestApproach = 60.0;   // s from arming to the start of the path
-constexpr std::size_t kMostWaiting = 4096;  // cycles; four seconds
+constexpr double kRest = 1e-6;                 // slower than 1 um/s is rest, m/s
+constexpr double kLongestApproach = 60.0;      // s from arming to the start of the path
+constexpr std::size_t kFirstHeartbeats = 100;  // cycles until the watchdog must have heard one
+constexpr std::size_t kMostWaiting = 4096;     // cycles; four seconds
 
 int whole_ratio(double of, double by) { return static_cast<int>(std::lround(of / by)); }
 

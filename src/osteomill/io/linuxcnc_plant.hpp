@@ -87,6 +87,7 @@ class LinuxcncPlant final : public control::Plant {
   std::size_t played_ = 0;
   std::vector<linuxcnc::Cycle> log_;
   std::uint32_t lost_ = 0;
+  bool heard_ = false;  ///< the machine's watchdog has heard the heartbeat
   PathFollower::Place place_;
   double feed_ = 0.0;         ///< of the tool, m/s
   int cycles_in_period_ = 0;  ///< on the case's path
