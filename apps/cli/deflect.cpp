@@ -61,11 +61,8 @@ Result solve(const io::DeflectCase& one) {
         flexible_cut(*one.tool, one.cutter, one.bone.law, one.condition, one.immersion);
   }
   if (one.structure) {
-    const vibration::Receptance receptance = [&](double f) {
-      return vibration::tip_receptance(one.structure->modes, f);
-    };
-    result.dynamic =
-        dynamic_surface_error(receptance, one.cutter, one.bone.law, one.condition, one.immersion);
+    result.dynamic = dynamic_surface_error(one.structure->receptance, one.cutter, one.bone.law,
+                                           one.condition, one.immersion);
   }
   if (one.surface) {
     const auto points =

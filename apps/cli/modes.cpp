@@ -148,6 +148,24 @@ void draw_frf(const vibration::MeasuredFrf& frf, const vibration::ModalFit& fit,
   io::draw(plot, file);
 }
 
+/// The lines of the band, the window's damping taken off.
+Json lines_of(const io::ImpactCase& impact, const vibration::ModalFit& fit) {
+  const auto response = vibration::receptance_of(impact.frf, fit, impact.fit);
+  Json lines;
+  for (const char* key : {"frequency_hz", "real_um_per_n", "imaginary_um_per_n", "coherence"}) {
+    lines[key] = Json::array();
+  }
+  for (std::size_t i = 0; i < impact.frf.frequency_hz.size(); ++i) {
+    const double f = impact.frf.frequency_hz[i];
+    if (f < impact.fit.low_hz || (impact.fit.high_hz > 0.0 && f > impact.fit.high_hz)) continue;
+    lines["frequency_hz"].push_back(f);
+    lines["real_um_per_n"].push_back(response(f).real() / units::um);
+    lines["imaginary_um_per_n"].push_back(response(f).imag() / units::um);
+    lines["coherence"].push_back(impact.frf.coherence[i]);
+  }
+  return lines;
+}
+
 Shown show_impact(const io::ImpactCase& impact, const nlohmann::ordered_json& expanded) {
   const vibration::ModalFit fit = vibration::fit_modes(impact.frf, impact.fit);
   if (!fit.converged) throw NoSolution("modal fit: " + fit.status);
@@ -168,7 +186,9 @@ Shown show_impact(const io::ImpactCase& impact, const nlohmann::ordered_json& ex
   }
   shown.document["natural_frequencies_hz"] = std::move(frequencies);
   shown.document["modes"] = std::move(modes);
+  shown.document["residual_flexibility_um_per_n"] = fit.residual_flexibility / units::um;
   shown.document["residual_rms_um_per_n"] = fit.residual_rms / units::um;
+  shown.document["receptance"] = lines_of(impact, fit);
   shown.sentences = {"+- is one standard error"};
   shown.figures = {{"receptance", "Receptance and coherence of the impact test with the fit",
                     [=](const auto& file) { draw_frf(impact.frf, fit, file); }}};

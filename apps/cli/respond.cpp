@@ -32,9 +32,8 @@ Result solve(const io::RespondCase& one) {
     }
   }
   std::sort(result.natural_hz.begin(), result.natural_hz.end());
-  const Receptance receptance = [&](double f) { return tip_receptance(one.structure.modes, f); };
-  result.sweep = forced_sweep(receptance, one.cutter, one.bone.law, one.condition, one.immersion,
-                              one.speeds, one.feed_rates, console_progress());
+  result.sweep = forced_sweep(one.structure.receptance, one.cutter, one.bone.law, one.condition,
+                              one.immersion, one.speeds, one.feed_rates, console_progress());
   const auto [low, high] = std::minmax_element(one.speeds.begin(), one.speeds.end());
   result.resonances =
       resonance_speeds(result.natural_hz, one.cutter.flutes, one.harmonics, *low, *high);

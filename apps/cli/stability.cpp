@@ -60,7 +60,9 @@ struct Result {
 };
 
 Result solve(const io::StabilityCase& one) {
-  const RegenerativeSystem system(one.structure.modes, *one.cut);
+  const RegenerativeSystem system(
+      one.structure.modes, *one.cut,
+      one.structure.measured.empty() ? Receptance{} : one.structure.receptance);
   Result result;
   StabilityOptions options = one.options;
   options.progress = console_progress();
@@ -93,6 +95,14 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 Json document_of(const Result& result, const io::StabilityCase& one) {
   Json document;
   document["method"] = name_of(one.options.method);
+  Json& modes = document["modes"] = Json::array();
+  for (const Mode& mode : one.structure.modes) {
+    modes.push_back(
+        {{"frequency_hz", mode.frequency_hz},
+         {"damping_ratio", mode.damping_ratio},
+         {"stiffness_n_per_mm", modal_stiffness(mode) / units::n_per_mm},
+         {"direction_deg", std::atan2(mode.direction_y, mode.direction_x) / units::deg}});
+  }
   Json& list = document["lobes"] = Json::array();
   for (const LobePoint& point : result.lobes) {
     list.push_back({{"spindle_speed_rpm", point.spindle_speed / units::rpm},
@@ -203,8 +213,23 @@ void draw_margin(const Result& result, const std::filesystem::path& file) {
   io::draw(map, file);
 }
 
-std::vector<std::string> sentences_of(const Result& result) {
+bool in_frequency(StabilityMethod method) {
+  return method == StabilityMethod::zero_order || method == StabilityMethod::multi_frequency;
+}
+
+std::vector<std::string> sentences_of(const Result& result, const io::StabilityCase& one) {
   std::vector<std::string> sentences;
+  if (!one.structure.measured.empty()) {
+    sentences.push_back(in_frequency(one.options.method)
+                            ? "limits from the measured response itself"
+                            : "limits from the modes fitted to the measured response:");
+    for (const Mode& mode : one.structure.modes) {
+      if (in_frequency(one.options.method)) break;
+      sentences.push_back(fmt::format("  {:.1f} Hz, damping ratio {:.4f}, {:.4g} N/mm",
+                                      mode.frequency_hz, mode.damping_ratio,
+                                      modal_stiffness(mode) / units::n_per_mm));
+    }
+  }
   if (std::isfinite(result.minimum.depth)) {
     sentences.push_back(
         fmt::format("stable at every speed below {:.5f} mm (zero-order estimate; chatter at "
@@ -225,7 +250,7 @@ Shown show(const io::CaseRun& run) {
   Shown shown{.document = document_of(result, one),
               .expanded = one.expanded,
               .rows = rows_of(result),
-              .sentences = sentences_of(result),
+              .sentences = sentences_of(result, one),
               .warnings = result.warnings};
   if (result.lobes.size() > 1) {
     shown.figures.push_back({"lobes", "Stability lobes and chatter frequency",

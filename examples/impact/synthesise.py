@@ -24,3 +24,11 @@ for blow, peak in enumerate((180.0, 220.0, 200.0), 1):
                              1e6 * displacement[::16] + random.normal(0, 0.05, count)])
     np.savetxt(f"blow_{blow}.csv", table, fmt=["%.6f", "%.2f", "%.3f"], delimiter=",", comments="",
                header="time_s,force_n,displacement_um")
+
+# A frequency response normal to the feed, as an analyser exports it: two modes (780 and 960 Hz) and 0.005 um/N of noise.
+lines = np.arange(100.0, 2000.0, 3.125)
+response = sum(1e3 / stiffness / (1 - (lines / mode) ** 2 + 2j * ratio * lines / mode)
+               for mode, ratio, stiffness in ((780.0, 0.02, 1500.0), (960.0, 0.025, 6000.0)))
+noise = random.normal(0, 0.005, (2, lines.size))
+np.savetxt("response_y.csv", np.column_stack([lines, response.real + noise[0], response.imag + noise[1]]),
+           fmt=["%.3f", "%.4f", "%.4f"], delimiter=",", comments="", header="frequency_hz,real_um_per_n,imaginary_um_per_n")

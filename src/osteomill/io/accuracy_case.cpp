@@ -294,8 +294,9 @@ DeflectCase read_deflect_case(const CaseRun& run) {
   one.caveats = caveats_of(tables.cutter, one.bone);
   if (given.contains("structure")) {
     one.structure = tables.structure;
-    one.caveats.insert(one.caveats.end(), tables.structure.caveats.begin(),
-                       tables.structure.caveats.end());
+    complete(*one.structure);
+    one.caveats.insert(one.caveats.end(), one.structure->caveats.begin(),
+                       one.structure->caveats.end());
   }
   if (given.contains("surface")) one.surface = tables.surface;
   if (given.contains("budget")) one.budget = tables.budget;

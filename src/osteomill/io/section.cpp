@@ -272,13 +272,34 @@ void Section::file(std::string_view key, std::filesystem::path& value, std::stri
   } else {
     value = found->get<std::string>();
   }
-  if (value.is_relative()) value = walk_.directory / value;
-  if (!std::filesystem::exists(value)) {
-    fault(key, fmt::format("there is no such file: {}", value.lexically_normal().string()),
-          "check the name; it is relative to the case");
+  if (find_file(key, value)) expand(key, value.string());
+}
+
+void Section::files(std::string_view key, std::vector<std::filesystem::path>& values,
+                    std::string_view meaning, Need need) {
+  const Json* found = find(key, meaning, need, "files", {}, "list of existing files", "");
+  if (found == nullptr) return;
+  if (!found->is_array() || !std::all_of(found->begin(), found->end(),
+                                         [](const Json& item) { return item.is_string(); })) {
+    list_fault(key, *found, "must be a list of file names: [\"a.csv\", \"b.csv\"]");
     return;
   }
-  expand(key, value.lexically_normal().string());
+  values.clear();
+  std::vector<std::string> names;
+  for (const Json& item : *found) {
+    values.emplace_back(item.get<std::string>());
+    if (find_file(key, values.back())) names.push_back(values.back().string());
+  }
+  expand(key, names);
+}
+
+bool Section::find_file(std::string_view key, std::filesystem::path& value) {
+  if (value.is_relative()) value = walk_.directory / value;
+  value = value.lexically_normal();
+  if (std::filesystem::exists(value)) return true;
+  fault(key, fmt::format("there is no such file: {}", value.string()),
+        "check the name; it is relative to the case");
+  return false;
 }
 
 void Section::choose(std::string_view key, int& chosen, const std::vector<const char*>& names,

@@ -89,6 +89,9 @@ class Section {
   /// A file or folder that must exist; relative to the case.
   void file(std::string_view key, std::filesystem::path& value, std::string_view meaning,
             Need need = Need::required);
+  /// A list of such files.
+  void files(std::string_view key, std::vector<std::filesystem::path>& values,
+             std::string_view meaning, Need need = Need::required);
 
   template <class E>
   void choice(std::string_view key, E& value,
@@ -141,6 +144,7 @@ class Section {
   bool check(std::string_view key, const nlohmann::ordered_json& value, Quantity quantity,
              const Range& range);
   void list_fault(std::string_view key, const nlohmann::ordered_json& value, std::string rule);
+  bool find_file(std::string_view key, std::filesystem::path& value);
   void expand(std::string_view key, const nlohmann::ordered_json& value);
   void refuse_unknown();
   std::string full(std::string_view key) const;

@@ -9,7 +9,6 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/section.hpp"
-#include "osteomill/io/vibration_records.hpp"
 #include "osteomill/vibration/linearised_cut.hpp"
 
 namespace osteomill::io {
@@ -22,55 +21,6 @@ constexpr Quantity kRpm{units::rpm, "rpm"};
 constexpr Quantity kDeg{units::deg, "deg"};
 constexpr Quantity kNPerMm{units::n_per_mm, "N/mm"};
 constexpr Quantity kNPerMm2{units::n_per_mm2, "N/mm2"};
-
-struct ImpactTables {
-  std::vector<std::string> records;
-  std::filesystem::path frf;
-  FrfOptions options;
-  ModalFitOptions fit;
-};
-
-void bind_impact(Section& section, ImpactTables& tables) {
-  section.table("impact", "impact test, in place of a [beam]", Need::required, [&](Section& s) {
-    s.texts("records", tables.records,
-            "files of hammer blows: time_s, force_n, displacement_um or acceleration_m_per_s2",
-            Need::optional);
-    s.file("frf", tables.frf,
-           "file of a frequency response: frequency_hz, real_um_per_n, imaginary_um_per_n, "
-           "coherence",
-           Need::optional);
-    if (tables.records.empty() == tables.frf.empty()) {
-      s.fault("records", "needs either records or frf");
-    }
-    s.choice<FrfEstimator>(
-        "estimator", tables.options.estimator, {{"h1", FrfEstimator::h1}, {"h2", FrfEstimator::h2}},
-        "h1: noise on the response averages out; h2: on the force", Need::optional);
-    s.number("window_end", tables.options.window_end, {}, Range{1e-6, 1.0},
-             "end of an exponential window over its beginning; 1: none", Need::optional);
-    s.number("force_window_ms", tables.options.force_window, {units::ms, "ms"}, non_negative(),
-             "kept on both sides of the blow's top; 0: all", Need::optional);
-    s.number("low_hz", tables.fit.low_hz, {1.0, "Hz"}, non_negative(), "lower end of the fit",
-             Need::optional);
-    s.number("high_hz", tables.fit.high_hz, {1.0, "Hz"}, non_negative(),
-             "upper end of the fit; 0: all", Need::optional);
-    s.integer("modes", tables.fit.modes, between(1, 20), "modes to fit", Need::optional);
-  });
-}
-
-ImpactCase impact_of(const ImpactTables& tables, const std::filesystem::path& directory) {
-  ImpactCase impact{.frf = {}, .fit = tables.fit};
-  if (!tables.frf.empty()) {
-    impact.frf = read_frf(tables.frf);
-    return impact;
-  }
-  FrfOptions options = tables.options;
-  std::vector<ImpactRecord> records;
-  for (const std::string& name : tables.records) {
-    records.push_back(read_impact_record(directory / name, options.response));
-  }
-  impact.frf = estimate_frf(records, options);
-  return impact;
-}
 
 void bind_options(Section& section, ModesCase& one) {
   section.table("options", "how to solve", Need::optional, [&](Section& s) {
@@ -260,16 +210,7 @@ void bind_structure(Section& section, StructureCase& structure) {
   section.table("structure", "what vibrates", Need::required, [&](Section& s) {
     s.tables("modes", "modes at the tip, one by one", Need::optional, [&](Section& m, std::size_t) {
       Mode mode;
-      enum class Axis { x, y };
-      Axis axis = Axis::x;
-      m.choice<Axis>("direction", axis, {{"x", Axis::x}, {"y", Axis::y}},
-                     "x along the feed, y normal to it");
-      std::optional<double> angle;
-      m.number("direction_deg", angle, kDeg, between(-360.0, 360.0),
-               "from the feed towards +y, in place of direction's right angles");
-      const double turned = angle.value_or(axis == Axis::y ? 90.0 * units::deg : 0.0);
-      mode.direction_x = !angle && axis == Axis::y ? 0.0 : std::cos(turned);
-      mode.direction_y = !angle && axis == Axis::x ? 0.0 : std::sin(turned);
+      bind_direction(m, mode.direction_x, mode.direction_y);
       m.number("frequency_hz", mode.frequency_hz, {1.0, "Hz"}, positive(),
                "undamped natural frequency");
       m.number("damping_ratio", mode.damping_ratio, {}, between(1e-6, 0.99),
@@ -283,6 +224,7 @@ void bind_structure(Section& section, StructureCase& structure) {
       mode.modal_mass = mass.value_or(stiffness.value_or(0.0) / (omega * omega));
       modes.push_back(mode);
     });
+    bind_measured(s, structure.measured);
     s.number("damping_ratio", damping, {}, between(1e-6, 0.99),
              "of every mode of the [beam]; assumed unless measured", Need::optional);
     s.integer("beam_modes", beam_modes, between(1, 12), "modes of the [beam] to take",
@@ -290,11 +232,14 @@ void bind_structure(Section& section, StructureCase& structure) {
   });
   const bool has_beam = section.has("beam");
   if (section.when(has_beam)) bind_beam(section, beam);
-  if (has_beam && !modes.empty()) {
-    section.fault("structure", "has modes of its own beside a [beam]", "keep one of the two");
-  } else if (!has_beam && modes.empty()) {
+  const bool measured = !structure.measured.empty();
+  if (static_cast<int>(has_beam) + static_cast<int>(!modes.empty()) + static_cast<int>(measured) >
+      1) {
+    section.fault("structure", "has more than one of modes, measured and [beam]", "keep one");
+  } else if (!has_beam && modes.empty() && !measured) {
     section.fault("structure", "has no modes",
-                  "list them in structure.modes or describe the tool in [beam]");
+                  "list them in structure.modes, name a measurement in structure.measured or "
+                  "describe the tool in [beam]");
   } else if (has_beam && !beam.segments.empty()) {
     const BeamModel model(beam, {});
     for (const bool y : {false, true}) {
@@ -308,9 +253,21 @@ void bind_structure(Section& section, StructureCase& structure) {
   structure.modes = modes;
 }
 
+void complete(StructureCase& structure) {
+  if (structure.measured.empty()) {
+    structure.receptance = [modes = structure.modes](double f) { return tip_receptance(modes, f); };
+    return;
+  }
+  MeasuredStructure measured = measured_structure(structure.measured);
+  structure.modes = std::move(measured.modes);
+  structure.receptance = std::move(measured.receptance);
+  structure.caveats.insert(structure.caveats.end(), measured.caveats.begin(),
+                           measured.caveats.end());
+}
+
 void bind_modes(Section& section) {
   ModesCase one;
-  ImpactTables impact;
+  ImpactTable impact;
   bind_impact(section, impact);
   bind_beam(section, one.beam);
   bind_options(section, one);
@@ -318,7 +275,7 @@ void bind_modes(Section& section) {
 
 ModesCase read_modes_case(const CaseRun& run) {
   ModesCase one;
-  ImpactTables impact;
+  ImpactTable impact;
   const bool measured = run.tree.values.contains("impact");
   one.expanded = Section::read(run, [&](Section& section) {
     if (measured) return bind_impact(section, impact);
@@ -326,7 +283,7 @@ ModesCase read_modes_case(const CaseRun& run) {
     bind_options(section, one);
   });
   if (measured) {
-    one.impact = impact_of(impact, run.directory);
+    one.impact = impact_of(impact);
   } else {
     check(one.beam);
   }
@@ -343,6 +300,7 @@ StabilityCase read_stability_case(const CaseRun& run) {
   StabilityCase one;
   StabilityTables tables;
   one.expanded = Section::read(run, [&](Section& section) { bind(section, one, tables); });
+  complete(one.structure);
   one.caveats = one.structure.caveats;
   if (run.tree.values.contains("bone")) {
     const cutting::Condition condition = condition_of(tables.cut, tables.cutter.cutter);
@@ -373,6 +331,7 @@ RespondCase read_respond_case(const CaseRun& run) {
   CutterCase cutter;
   CutCase cut;
   one.expanded = Section::read(run, [&](Section& section) { bind(section, one, cutter, cut); });
+  complete(one.structure);
   one.condition = condition_of(cut, cutter.cutter);
   cutting::check(one.bone.law);
   one.cutter = cutter.cutter;

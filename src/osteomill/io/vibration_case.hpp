@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "osteomill/io/cutting_section.hpp"
+#include "osteomill/io/measured_dynamics.hpp"
 #include "osteomill/vibration/beam.hpp"
 #include "osteomill/vibration/beam_elements.hpp"
-#include "osteomill/vibration/frequency_response.hpp"
 #include "osteomill/vibration/modal.hpp"
 #include "osteomill/vibration/regeneration.hpp"
 #include "osteomill/vibration/stability.hpp"
@@ -22,12 +22,6 @@ class Section;
 
 /// [beam]
 void bind_beam(Section& section, vibration::Beam& beam);
-
-/// [impact]: measured dynamics in place of a beam.
-struct ImpactCase {
-  vibration::MeasuredFrf frf;
-  vibration::ModalFitOptions fit;
-};
 
 /// `osteomill modes`: a beam and how to solve it, or an impact test.
 struct ModesCase {
@@ -42,12 +36,17 @@ struct ModesCase {
 void bind_modes(Section& section);
 ModesCase read_modes_case(const CaseRun& run);
 
-/// [structure]: modes given one by one, or those of a [beam] alike in both directions.
+/// [structure]: modes given one by one, those of a [beam] alike in both directions, or what was
+/// measured at the tip.
 struct StructureCase {
   std::vector<vibration::Mode> modes;
+  std::vector<MeasuredTable> measured;
+  vibration::Receptance receptance;  ///< of modes or measurements
   std::vector<std::string> caveats;  ///< what of it is assumed
 };
 void bind_structure(Section& section, StructureCase& structure);
+/// After the whole case has been read: reads what was measured, and makes the receptance.
+void complete(StructureCase& structure);
 
 /// `osteomill stability`: the structure and either constant coefficients or a cutter in a bone.
 struct StabilityCase {

@@ -38,9 +38,8 @@ ZeroOrder::ZeroOrder(Receptance receptance, const Regeneration& cut, double lowe
 }
 
 ZeroOrder::ZeroOrder(const RegenerativeSystem& system, int points)
-    : ZeroOrder([modes = system.modes()](double f) { return tip_receptance(modes, f); },
-                system.cut(), 0.2 * lowest_mode(system), 3.0 * system.highest_frequency_hz(),
-                points) {}
+    : ZeroOrder([system](double f) { return system.receptance(f); }, system.cut(),
+                0.2 * lowest_mode(system), 3.0 * system.highest_frequency_hz(), points) {}
 
 std::vector<ZeroOrder::Branch> ZeroOrder::branches(double frequency_hz) const {
   const TipReceptance h = receptance_(frequency_hz);
@@ -129,63 +128,112 @@ FrequencyDomainLimit ZeroOrder::limit(double spindle_speed) const {
   return best;
 }
 
-FrequencyDomainLimit multi_frequency_limit(const RegenerativeSystem& system, double spindle_speed,
-                                           int harmonics, double max_depth) {
-  require_positive("cut.spindle_speed_rpm", spindle_speed / units::rpm, "rpm");
-  require_within("options.harmonics", harmonics, 0.0, 40.0, "");
-  require_positive("options.max_depth_mm", max_depth / units::mm, "mm");
-  if (system.cut().has_helix()) {
-    throw InvalidInput(Fault{"cutter.helix_deg", "not 0", "multi-frequency needs straight flutes",
-                             "use method = \"semi-discretisation\""});
+namespace {
+
+/// Hill's determinant at one spindle speed, the directional harmonics as they are at one depth.
+class Hill {
+ public:
+  Hill(const RegenerativeSystem& system, double spindle_speed, int harmonics)
+      : system_(system), period_(system.tooth_period(spindle_speed)), tooth_hz_(1.0 / period_) {
+    // Lines f + r/T, r = −half … half − 1, with f in (0, 1/2T]: they reach beyond every mode on
+    // both sides of zero, and at f = 1/2T the set is its own mirror image, as flip chatter needs.
+    half_ = static_cast<int>(std::ceil(system.highest_frequency_hz() * period_)) + harmonics;
+    for (int r = 1 - lines(); r <= lines() - 1; ++r) {
+      straight_.push_back(reduced(system.cut().harmonic(r)));
+    }
+    directional_ = straight_;
   }
-  const Eigen::Index o = system.outputs();
-  const double period = system.tooth_period(spindle_speed);
-  const double tooth_hz = 1.0 / period;
-  // Lines f + r/T, r = −half … half − 1, with f in (0, 1/2T]: they reach beyond every mode on both
-  // sides of zero, and at f = 1/2T the set is its own mirror image, as flip chatter needs.
-  const int half = static_cast<int>(std::ceil(system.highest_frequency_hz() * period)) + harmonics;
-  const int lines = 2 * half;
-  std::vector<Eigen::MatrixXcd> directional;  // W_r, r = −(lines − 1) … lines − 1
-  for (int r = 1 - lines; r <= lines - 1; ++r) {
-    directional.push_back(system.basis().transpose().cast<Complex>() * system.cut().harmonic(r) *
-                          system.basis().cast<Complex>());
+
+  void freeze_at(double depth) {
+    for (int r = 1 - lines(); r <= lines() - 1; ++r) {
+      const auto k = static_cast<std::size_t>(r + lines() - 1);
+      directional_[k] = system_.cut().helix_factor(r, depth) * straight_[k];
+    }
   }
-  // Φ(ω + r ω_T) W_{r−s}: its eigenvalues times 1 − e^{−iωT} are the gains; the limit depth is
-  // 1/gain where a gain is real and positive.
-  const auto matrix = [&](double f) {
-    Eigen::MatrixXcd m(lines * o, lines * o);
-    for (int r = 0; r < lines; ++r) {
-      const TipReceptance h = tip_receptance(system.modes(), f + (r - half) * tooth_hz);
+
+  /// The smallest limit depth up to max_depth.
+  FrequencyDomainLimit limit(double max_depth) const;
+  /// The strongest line of the motion at a limit: the frequency that is heard.
+  double strongest_line(const FrequencyDomainLimit& limit) const;
+
+ private:
+  int lines() const { return 2 * half_; }
+
+  Eigen::MatrixXcd reduced(const Eigen::Matrix2cd& full) const {
+    return system_.basis().transpose().cast<Complex>() * full * system_.basis().cast<Complex>();
+  }
+
+  /// Φ(ω + r ω_T) W_{r−s}: its eigenvalues times 1 − e^{−iωT} are the gains; the limit depth is
+  /// 1/gain where a gain is real and positive.
+  Eigen::MatrixXcd matrix(double f) const {
+    const Eigen::Index o = system_.outputs();
+    Eigen::MatrixXcd m(lines() * o, lines() * o);
+    for (int r = 0; r < lines(); ++r) {
+      const TipReceptance h = system_.receptance(f + (r - half_) * tooth_hz_);
       Eigen::Matrix2cd phi;
       phi << h.xx, h.xy, h.xy, h.yy;
-      const Eigen::MatrixXcd reduced =
-          system.basis().transpose().cast<Complex>() * phi * system.basis().cast<Complex>();
-      for (int s = 0; s < lines; ++s) {
+      const Eigen::MatrixXcd here = reduced(phi);
+      for (int s = 0; s < lines(); ++s) {
         m.block(r * o, s * o, o, o) =
-            reduced * directional[static_cast<std::size_t>(r - s + lines - 1)];
+            here * directional_[static_cast<std::size_t>(r - s + lines() - 1)];
       }
     }
     return m;
-  };
-  const auto regeneration = [&](double f) { return 1.0 - std::polar(1.0, -kTurn * f * period); };
-  const auto gains = [&](double f) {
+  }
+
+  Complex regeneration(double f) const { return 1.0 - std::polar(1.0, -kTurn * f * period_); }
+
+  std::vector<Complex> gains(double f) const {
     const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(matrix(f), false);
     std::vector<Complex> list;
     for (const Complex& value : solver.eigenvalues()) list.push_back(value * regeneration(f));
     return list;
-  };
+  }
+
+  /// Where a gain's imaginary part passes zero between two frequencies: bisection along the nearest
+  /// eigenvalue. No depth when it was a jump to another one.
+  FrequencyDomainLimit crossing(double low, Complex g_low, double high, Complex g_high) const;
+
+  const RegenerativeSystem& system_;
+  double period_, tooth_hz_;
+  int half_ = 0;
+  std::vector<Eigen::MatrixXcd> straight_, directional_;  ///< W_r, r = −(lines − 1) … lines − 1
+};
+
+FrequencyDomainLimit Hill::crossing(double low, Complex g_low, double high, Complex g_high) const {
+  for (int step = 0; step < 40; ++step) {
+    const double middle = 0.5 * (low + high);
+    const Complex guess = 0.5 * (g_low + g_high);
+    Complex g = 0.0;
+    double miss = kNone;
+    for (const Complex& value : gains(middle)) {
+      if (std::abs(value - guess) < miss) {
+        miss = std::abs(value - guess);
+        g = value;
+      }
+    }
+    const bool same_side = (g.imag() > 0.0) == (g_low.imag() > 0.0);
+    (same_side ? low : high) = middle;
+    (same_side ? g_low : g_high) = g;
+    if (std::abs(g_high - g_low) < 1e-10 * std::abs(g_low)) break;
+  }
+  if (std::abs(g_high - g_low) > 1e-3 * std::abs(g_low)) return {.depth = kNone};
+  return {1.0 / g_low.real(), low, false};
+}
+
+FrequencyDomainLimit Hill::limit(double max_depth) const {
   FrequencyDomainLimit best{.depth = kNone};
-  const auto offer = [&](double depth, double f, bool flip) {
-    if (depth > 0.0 && depth < best.depth && depth <= max_depth) best = {depth, f, flip};
+  const auto offer = [&](const FrequencyDomainLimit& one) {
+    if (one.depth > 0.0 && one.depth < best.depth && one.depth <= max_depth) best = one;
   };
-  for (const Complex& gain : gains(0.5 * tooth_hz)) {
+  for (const Complex& gain : gains(0.5 * tooth_hz_)) {
     if (gain.real() > 0.0 && std::abs(gain.imag()) < 1e-8 * gain.real()) {
-      offer(1.0 / gain.real(), 0.5 * tooth_hz, true);
+      offer({1.0 / gain.real(), 0.5 * tooth_hz_, true});
     }
   }
   const int samples = 200;
   const auto frequency = [&](int i) {  // the open interval (0, 1/2T)
-    return 0.5 * tooth_hz * (1e-6 + (1.0 - 2e-6) * i / samples);
+    return 0.5 * tooth_hz_ * (1e-6 + (1.0 - 2e-6) * i / samples);
   };
   std::vector<Complex> before = gains(frequency(0));
   double f_before = frequency(0);
@@ -206,51 +254,79 @@ FrequencyDomainLimit multi_frequency_limit(const RegenerativeSystem& system, dou
       const Complex next = now[match];
       if (old.imag() * next.imag() > 0.0 || std::max(old.real(), next.real()) <= 0.0) continue;
       if (1.0 / std::max(old.real(), next.real()) > 1.05 * best.depth) continue;
-      // The imaginary part passes zero between: bisect, following the nearest eigenvalue.
-      double low = f_before, high = f;
-      Complex g_low = old, g_high = next;
-      for (int step = 0; step < 40; ++step) {
-        const double middle = 0.5 * (low + high);
-        const Complex guess = 0.5 * (g_low + g_high);
-        Complex g = 0.0;
-        double miss = kNone;
-        for (const Complex& value : gains(middle)) {
-          if (std::abs(value - guess) < miss) {
-            miss = std::abs(value - guess);
-            g = value;
-          }
-        }
-        if ((g.imag() > 0.0) == (g_low.imag() > 0.0)) {
-          low = middle;
-          g_low = g;
-        } else {
-          high = middle;
-          g_high = g;
-        }
-        if (std::abs(g_high - g_low) < 1e-10 * std::abs(g_low)) break;
-      }
-      // A jump to another eigenvalue is no crossing.
-      if (std::abs(g_high - g_low) > 1e-3 * std::abs(g_low)) continue;
-      offer(1.0 / g_low.real(), low, false);
+      offer(crossing(f_before, old, f, next));
     }
     before = now;
     f_before = f;
   }
-  if (best.depth == kNone) return best;
-  // The strongest line of the motion is the frequency that is heard.
-  const double f = best.chatter_frequency_hz;
+  return best;
+}
+
+double Hill::strongest_line(const FrequencyDomainLimit& limit) const {
+  const Eigen::Index o = system_.outputs();
+  const double f = limit.chatter_frequency_hz;
   const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(matrix(f), true);
   Eigen::Index nearest = 0, strongest = 0;
-  (solver.eigenvalues().array() * regeneration(f) - 1.0 / best.depth).abs().minCoeff(&nearest);
+  (solver.eigenvalues().array() * regeneration(f) - 1.0 / limit.depth).abs().minCoeff(&nearest);
   const Eigen::VectorXcd motion = solver.eigenvectors().col(nearest);
   double size = -1.0;
-  for (int r = 0; r < lines; ++r) {
+  for (int r = 0; r < lines(); ++r) {
     if (motion.segment(r * o, o).norm() > size) {
       size = motion.segment(r * o, o).norm();
       strongest = r;
     }
   }
-  best.chatter_frequency_hz = std::abs(f + static_cast<double>(strongest - half) * tooth_hz);
+  return std::abs(f + static_cast<double>(strongest - half_) * tooth_hz_);
+}
+
+/// The smallest depth a that is the limit L(a) of the harmonics frozen at a.
+FrequencyDomainLimit helical_limit(const RegenerativeSystem& system, Hill& hill, double max_depth) {
+  const auto frozen = [&](double depth) {
+    hill.freeze_at(depth);
+    // Up to ten times the range: how far away the limit is tells how far to step.
+    return hill.limit(10.0 * max_depth);
+  };
+  // The harmonics change over the helix' pitch: sixteen steps of it at least.
+  const double pitch_height = system.cut().pitch() / std::abs(system.cut().lag());
+  double low = 0.0;
+  FrequencyDomainLimit at_low = frozen(0.0);
+  while (low < max_depth) {
+    const double room = std::min(at_low.depth, 10.0 * max_depth) - low;
+    const double step = std::min(std::max(0.5 * room, 0.02 * max_depth), pitch_height / 16.0);
+    double high = std::min(max_depth, low + step);
+    FrequencyDomainLimit at_high = frozen(high);
+    if (at_high.depth > high) {
+      low = high;
+      at_low = at_high;
+      continue;
+    }
+    while (high - low > 1e-6 * high) {
+      const double middle = 0.5 * (low + high);
+      const FrequencyDomainLimit at_middle = frozen(middle);
+      if (at_middle.depth > middle) {
+        low = middle;
+      } else {
+        high = middle;
+        at_high = at_middle;
+      }
+    }
+    at_high.depth = high;
+    return at_high;
+  }
+  return {.depth = kNone};
+}
+
+}  // namespace
+
+FrequencyDomainLimit multi_frequency_limit(const RegenerativeSystem& system, double spindle_speed,
+                                           int harmonics, double max_depth) {
+  require_positive("cut.spindle_speed_rpm", spindle_speed / units::rpm, "rpm");
+  require_within("options.harmonics", harmonics, 0.0, 40.0, "");
+  require_positive("options.max_depth_mm", max_depth / units::mm, "mm");
+  Hill hill(system, spindle_speed, harmonics);
+  FrequencyDomainLimit best =
+      system.cut().has_helix() ? helical_limit(system, hill, max_depth) : hill.limit(max_depth);
+  if (best.depth < kNone) best.chatter_frequency_hz = hill.strongest_line(best);
   return best;
 }
 

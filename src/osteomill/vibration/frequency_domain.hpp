@@ -2,7 +2,6 @@
 #pragma once
 
 #include <complex>
-#include <functional>
 #include <vector>
 
 #include "osteomill/vibration/regeneration.hpp"
@@ -16,9 +15,6 @@ struct FrequencyDomainLimit {
   bool flip = false;                  ///< at half the tooth-passing frequency
 };
 
-/// Receptance of the tip, m/N; modal, or interpolated from a measurement.
-using Receptance = std::function<TipReceptance(double frequency_hz)>;
-
 /// Zero-order solution of [altintas1995]: the directional coefficients at their mean W₀, so that
 ///   det[1 − a (1 − e^{−iωT}) Φ(iω) W₀] = 0
 /// gives depth and speed in closed form for each chatter frequency. The helix drops out of the
@@ -29,7 +25,8 @@ class ZeroOrder {
   /// Scans chatter frequencies between the two limits in `points` equal ratios.
   ZeroOrder(Receptance receptance, const Regeneration& cut, double lowest_hz, double highest_hz,
             int points = 4000);
-  /// Same with the modes' own range: from 0.2 of the lowest to 3 times the highest frequency.
+  /// Same with the system's receptance over the modes' own range: from 0.2 of the lowest to 3 times
+  /// the highest frequency.
   explicit ZeroOrder(const RegenerativeSystem& system, int points = 4000);
 
   /// The smallest limit depth over all speeds; infinity when there is none.
@@ -51,9 +48,13 @@ class ZeroOrder {
 };
 
 /// Multi-frequency solution of [merdol2004]: Hill's determinant with `harmonics` of the tooth
-/// passing on either side, which covers flip lobes and low immersion. Straight flutes only: with a
-/// helix the directional harmonics depend on the depth. Infinity when there is no limit below
-/// `max_depth`.
+/// passing on either side, which covers flip lobes and low immersion. Infinity when there is no
+/// limit below `max_depth`.
+///
+/// With a helix the directional harmonics depend on the depth a: W_r(a) = W_r (1 − e^{−irNΛa})/
+/// (irNΛa) with the lag Λ a metre. With them frozen at a depth a' the limit L(a') is explicit as
+/// for straight flutes; the cut is stable as long as a < L(a), so the limit is the smallest a =
+/// L(a).
 FrequencyDomainLimit multi_frequency_limit(const RegenerativeSystem& system, double spindle_speed,
                                            int harmonics, double max_depth);
 

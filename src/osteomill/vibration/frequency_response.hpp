@@ -2,6 +2,7 @@
 #pragma once
 
 #include <complex>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -62,7 +63,8 @@ struct ModalFit {
   std::string status = "not run";  ///< "converged" or why not
   bool converged = false;
   std::vector<FittedMode> modes;
-  double residual_rms = 0.0;  ///< m/N, over the band
+  double residual_flexibility = 0.0;  ///< of the modes beyond the band, m/N
+  double residual_rms = 0.0;          ///< m/N, over the band
   int iterations = 0;
 };
 
@@ -79,5 +81,13 @@ struct ModalFitOptions {
 /// residuals. Starts from the peaks of the magnitude. [schmitz2009] ch. 2 has the peak-picking that
 /// this refines.
 ModalFit fit_modes(const MeasuredFrf& frf, const ModalFitOptions& options = {});
+
+/// The measured receptance as a function of a frequency >= 0, m/N: its lines in the band of the
+/// fit, the fitted modes with their residual flexibility beyond. Between lines what they have
+/// beside the fit goes straight; straight from line to line itself would cut the peaks, which are a
+/// few lines wide. What a window added to the damping is taken off by the ratio of the fit without
+/// to the fit with it.
+std::function<std::complex<double>(double frequency_hz)> receptance_of(
+    const MeasuredFrf& frf, const ModalFit& fit, const ModalFitOptions& options = {});
 
 }  // namespace osteomill::vibration

@@ -138,6 +138,60 @@ TEST(ImpactTest, ExponentialWindowAddsNoDampingToTheResult) {
   EXPECT_GT(std::abs(fitted(1.0).stiffness.value - 29e3), 0.05 * 29e3);
 }
 
+TEST(ImpactTest, MeasuredReceptanceIsItsLinesInTheBandAndTheFitBeyond) {
+  Random random(9);
+  const MeasuredFrf frf = estimate_frf({blow(kTool, random, 1e-3)});
+  const ModalFitOptions band{.low_hz = 800.0, .high_hz = 1300.0};
+  const ModalFit fit = fit_modes(frf, band);
+  const auto h = receptance_of(frf, fit, band);
+  for (std::size_t i = 0; i < frf.frequency_hz.size(); ++i) {
+    if (frf.frequency_hz[i] < 800.0 || frf.frequency_hz[i] > 1300.0) continue;
+    EXPECT_LT(std::abs(h(frf.frequency_hz[i]) - frf.receptance[i]), 1e-12 * std::abs(h(1034.0)));
+  }
+  const double omega = 2.0 * kPi * 1034.0;
+  const std::vector<Mode> truth = {{1034.0, 0.02, 29e3 / (omega * omega), 1.0, 0.0}};
+  for (const double f : {0.0, 300.0, 2500.0, 8000.0}) {
+    // The residual flexibility takes up what the noise of 0.1 % leaves.
+    EXPECT_LT(std::abs(h(f) - tip_receptance(truth, f).xx), 0.01 / 29e3) << f;
+  }
+}
+
+TEST(ImpactTest, MeasuredReceptanceKeepsThePeakBetweenCoarseLines) {
+  const double omega = 2.0 * kPi * 922.0;
+  const std::vector<Mode> truth = {{922.0, 0.011, 1340e3 / (omega * omega), 1.0, 0.0}};
+  MeasuredFrf frf;
+  frf.blows = 1;
+  for (double f = 701.0; f < 1150.0; f += 6.0) {
+    frf.frequency_hz.push_back(f);
+    // A ripple of two per mille: no fit in the form of a mode and a constant.
+    frf.receptance.push_back(tip_receptance(truth, f).xx * (1.0 + 0.002 * std::sin(f / 40.0)));
+  }
+  frf.coherence.assign(frf.frequency_hz.size(), 1.0);
+  const auto h = receptance_of(frf, fit_modes(frf));
+  for (double f = 702.0; f < 1140.0; f += 1.0) {
+    const auto exact = tip_receptance(truth, f).xx * (1.0 + 0.002 * std::sin(f / 40.0));
+    // Straight lines over 6 Hz of a peak 20 Hz wide would miss it by 9 %.
+    EXPECT_LT(std::abs(h(f) - exact), 2e-4 * std::abs(exact)) << f;
+  }
+}
+
+TEST(ImpactTest, MeasuredReceptanceIsFreeOfTheWindowsDamping) {
+  Random random(10);
+  const std::vector<TrueMode> slow = {{300.0, 0.001, 29e3}};
+  const MeasuredFrf frf = estimate_frf({blow(slow, random, 0.0)}, {.window_end = 0.001});
+  const ModalFitOptions band{.low_hz = 200.0, .high_hz = 400.0};
+  const auto h = receptance_of(frf, fit_modes(frf, band), band);
+  const double omega = 2.0 * kPi * 300.0;
+  const std::vector<Mode> truth = {{300.0, 0.001, 29e3 / (omega * omega), 1.0, 0.0}};
+  // At the lines, spaced by 3.1 Hz; the damping of 0.001 fits to 2 %, the window's own is 0.011.
+  for (std::size_t i = 0; i < frf.frequency_hz.size(); ++i) {
+    const double f = frf.frequency_hz[i];
+    if (f < 250.0 || f > 350.0) continue;
+    const double size = std::abs(tip_receptance(truth, f).xx);
+    EXPECT_LT(std::abs(h(f) - tip_receptance(truth, f).xx), 0.03 * size) << f;
+  }
+}
+
 TEST(ImpactTest, CoherenceFallsWithNoiseAndH2LiesAboveH1) {
   Random random(6);
   std::vector<ImpactRecord> records;

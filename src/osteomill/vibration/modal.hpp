@@ -2,6 +2,7 @@
 #pragma once
 
 #include <complex>
+#include <functional>
 #include <vector>
 
 #include "osteomill/vibration/beam.hpp"
@@ -29,5 +30,8 @@ struct TipReceptance {
   std::complex<double> xx, xy, yy;
 };
 TipReceptance tip_receptance(const std::vector<Mode>& modes, double frequency_hz);
+
+/// Receptance of the tip, m/N, at a frequency >= 0: modal, or measured.
+using Receptance = std::function<TipReceptance(double frequency_hz)>;
 
 }  // namespace osteomill::vibration

@@ -191,7 +191,37 @@ ModalFit fit_modes(const MeasuredFrf& frf, const ModalFitOptions& options) {
     squares += (r[2 * i] * r[2 * i] + r[2 * i + 1] * r[2 * i + 1]) / (w * w);
   }
   fit.residual_rms = std::sqrt(squares / static_cast<double>(count));
+  fit.residual_flexibility = p[unknowns - 1] * scale;
   return fit;
+}
+
+std::function<std::complex<double>(double)> receptance_of(const MeasuredFrf& frf,
+                                                          const ModalFit& fit,
+                                                          const ModalFitOptions& options) {
+  if (!fit.converged) throw NoSolution("modal fit: " + fit.status);
+  Eigen::VectorXd p(3 * static_cast<Eigen::Index>(fit.modes.size()) + 1);
+  for (std::size_t m = 0; m < fit.modes.size(); ++m) {
+    const auto k = static_cast<Eigen::Index>(3 * m);
+    p[k] = std::log(fit.modes[m].frequency_hz.value);
+    p[k + 1] = std::log(fit.modes[m].damping_ratio.value);
+    p[k + 2] = std::log(fit.modes[m].stiffness.value);
+  }
+  p[p.size() - 1] = fit.residual_flexibility;
+  Band band = band_of(frf, options);
+  std::vector<Complex> beside;  // what the lines have beside the fit
+  for (std::size_t i = 0; i < band.frequency.size(); ++i) {
+    const Complex fitted = model(p, band.frequency[i], 0.0);
+    const Complex windowed = model(p, band.frequency[i], frf.window_damping);
+    beside.push_back(band.value[i] * fitted / windowed - fitted);
+  }
+  return [p, f = std::move(band.frequency), beside = std::move(beside)](double frequency_hz) {
+    const Complex fitted = model(p, frequency_hz, 0.0);
+    if (frequency_hz < f.front() || frequency_hz > f.back()) return fitted;
+    const auto right = static_cast<std::size_t>(
+        std::upper_bound(f.begin() + 1, f.end() - 1, frequency_hz) - f.begin());
+    const double share = (frequency_hz - f[right - 1]) / (f[right] - f[right - 1]);
+    return fitted + (1.0 - share) * beside[right - 1] + share * beside[right];
+  };
 }
 
 }  // namespace osteomill::vibration

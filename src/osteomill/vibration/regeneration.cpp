@@ -132,6 +132,13 @@ Eigen::Matrix2cd Regeneration::harmonic(int r) const {
   return sum * (flutes_ / kTurn);
 }
 
+std::complex<double> Regeneration::helix_factor(int r, double depth) const {
+  const double angle = r * flutes_ * lag_ * depth;
+  // Below 1e-8 the series' next term is beyond the last digit.
+  if (std::abs(angle) < 1e-8) return {1.0, -0.5 * angle};
+  return (1.0 - std::polar(1.0, -angle)) / std::complex<double>(0.0, angle);
+}
+
 std::vector<double> Regeneration::breaks(double depth) const {
   std::vector<double> angles;
   for (const double edge_angle : {entry_, exit_}) {
@@ -148,8 +155,9 @@ std::vector<double> Regeneration::breaks(double depth) const {
   return kept;
 }
 
-RegenerativeSystem::RegenerativeSystem(std::vector<Mode> modes, Regeneration cut)
-    : modes_(std::move(modes)), cut_(std::move(cut)) {
+RegenerativeSystem::RegenerativeSystem(std::vector<Mode> modes, Regeneration cut,
+                                       Receptance measured)
+    : modes_(std::move(modes)), cut_(std::move(cut)), measured_(std::move(measured)) {
   check(modes_);
   const Mode& first = modes_.front();
   const bool one_line = std::all_of(modes_.begin(), modes_.end(), [&](const Mode& mode) {
@@ -177,6 +185,13 @@ RegenerativeSystem::RegenerativeSystem(std::vector<Mode> modes, Regeneration cut
     free_motion_(n + i, n + i) = -2.0 * mode.damping_ratio * omega;
     input_.row(n + i) = shapes_.col(i).transpose() / (mode.modal_mass * reference_omega_);
   }
+}
+
+TipReceptance RegenerativeSystem::receptance(double frequency_hz) const {
+  if (!measured_) return tip_receptance(modes_, frequency_hz);
+  const TipReceptance h = measured_(std::abs(frequency_hz));
+  if (frequency_hz >= 0.0) return h;
+  return {std::conj(h.xx), std::conj(h.xy), std::conj(h.yy)};
 }
 
 double RegenerativeSystem::highest_frequency_hz() const { return reference_omega_ / kTurn; }

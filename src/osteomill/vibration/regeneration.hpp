@@ -46,9 +46,11 @@ class Regeneration {
   Eigen::Matrix2d mean(double theta_0, double theta_1, double depth) const;
   /// At one angle, N/m.
   Eigen::Matrix2d at(double theta, double depth) const;
-  /// Fourier coefficient over a pitch per unit depth without helix, N/m²:
+  /// Fourier coefficient over a pitch per unit depth of straight flutes, N/m²:
   /// Σ_r W_r e^{i r N θ}. W_0 is the mean, which the helix does not change.
   Eigen::Matrix2cd harmonic(int r) const;
+  /// What the helix makes of it, the mean of e^{−i r N Λ z} over a depth; 1 for straight flutes.
+  std::complex<double> helix_factor(int r, double depth) const;
   /// Slope of one edge at a rotation angle reduced to [0, 2π); zero out of the cut.
   EdgeStiffness edge(double theta) const;
   /// Angles in [0, pitch) at which W jumps, or has a kink when there is a helix.
@@ -65,10 +67,15 @@ class Regeneration {
   std::vector<Eigen::Matrix2d> cumulative_;  ///< integral at the lower end of each cell, and total
 };
 
-/// Modes and cut together, reduced to the directions in which the tip can move.
+/// Modes and cut together, reduced to the directions in which the tip can move. A measured
+/// receptance, in the same directions, takes the place of the modes in the frequency-domain
+/// methods; those in time need the modes that were fitted to it.
 class RegenerativeSystem {
  public:
-  RegenerativeSystem(std::vector<Mode> modes, Regeneration cut);
+  RegenerativeSystem(std::vector<Mode> modes, Regeneration cut, Receptance measured = {});
+
+  /// Measured, or that of the modes; m/N, at any frequency, the conjugate below zero.
+  TipReceptance receptance(double frequency_hz) const;
 
   const std::vector<Mode>& modes() const { return modes_; }
   const Regeneration& cut() const { return cut_; }
@@ -88,6 +95,7 @@ class RegenerativeSystem {
  private:
   std::vector<Mode> modes_;
   Regeneration cut_;
+  Receptance measured_;
   Eigen::Matrix2Xd basis_;
   Eigen::MatrixXd shapes_, free_motion_, input_;
   double reference_omega_ = 0.0;

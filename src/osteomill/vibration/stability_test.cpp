@@ -167,6 +167,44 @@ TEST(Stability, HelixWithoutAngleChangesNothingAndAPitchLongHelixIsolatesTheTeet
   EXPECT_LT((w / depth - whole.cut().harmonic(0).real()).norm(), 1e-12 * w.norm() / depth);
 }
 
+TEST(Stability, HelixEntersEveryMethodAlike) {
+  // A usual helix, and one that turns the edge by a pitch over 2 mm of depth.
+  for (const double lag : {400.0, kPi / (2.0 * mm)}) {
+    for (const Immersion immersion : {Immersion::slot, Immersion::down}) {
+      const RegenerativeSystem system = one_direction(immersion, lag);
+      for (const double speed : {9000.0, 20000.0}) {
+        const auto limit = [&](StabilityMethod method, int steps) {
+          return lobes(system, {speed * rpm},
+                       {.method = method, .steps = steps, .max_depth = 4 * mm})[0];
+        };
+        const LobePoint exact = limit(StabilityMethod::collocation, 96);
+        const LobePoint hill = limit(StabilityMethod::multi_frequency, 0);
+        const LobePoint semi = limit(StabilityMethod::semi_discretisation, 0);
+        ASSERT_EQ(std::isfinite(exact.limit_depth), std::isfinite(hill.limit_depth)) << speed;
+        if (!std::isfinite(exact.limit_depth)) continue;
+        // As for straight flutes: five harmonics, and the default steps.
+        EXPECT_NEAR(hill.limit_depth, exact.limit_depth, 2e-3 * exact.limit_depth) << speed;
+        EXPECT_NEAR(semi.limit_depth, exact.limit_depth, 5e-3 * exact.limit_depth) << speed;
+        EXPECT_EQ(hill.bifurcation, exact.bifurcation) << speed;
+      }
+    }
+  }
+}
+
+TEST(Stability, FrequencyDomainMethodsTakeAMeasuredReceptance) {
+  const RegenerativeSystem modal = one_direction(Immersion::slot);
+  // A structure of twice the stiffness, measured: it doubles every limit, whatever the modes say.
+  const RegenerativeSystem measured(modal.modes(), modal.cut(), [&](double f) {
+    const TipReceptance h = tip_receptance(modal.modes(), f);
+    return TipReceptance{0.5 * h.xx, 0.5 * h.xy, 0.5 * h.yy};
+  });
+  for (const auto method : {StabilityMethod::zero_order, StabilityMethod::multi_frequency}) {
+    const StabilityOptions options{.method = method, .max_depth = 10 * mm};
+    const double a = lobes(modal, {10000 * rpm}, options)[0].limit_depth;
+    EXPECT_NEAR(lobes(measured, {10000 * rpm}, options)[0].limit_depth, 2.0 * a, 1e-6 * a);
+  }
+}
+
 TEST(Stability, MeanOfTheDirectionalMatrixIsItsIntegral) {
   for (const double lag : {0.0, 300.0}) {
     const Regeneration r = cut(Immersion::up, lag);
@@ -313,9 +351,8 @@ TEST(Stability, BadInputsAreNamed) {
       HasSubstr("damping_ratio"));
   EXPECT_THAT(message([&] { RegenerativeSystem({}, cut(Immersion::up)); }),
               HasSubstr("structure.modes"));
-  EXPECT_THAT(
-      message([&] { multi_frequency_limit(one_direction(Immersion::up, 10.0), 100.0, 3, 1.0); }),
-      HasSubstr("straight flutes"));
+  EXPECT_THAT(message([&] { multi_frequency_limit(good, 100.0, 41, 1.0); }),
+              HasSubstr("options.harmonics"));
   EXPECT_THAT(message([&] { simulate_chatter(good, 100.0, 1e-3, 0.0, {}); }),
               HasSubstr("cut.feed_per_tooth_mm"));
   EXPECT_THAT(

@@ -115,7 +115,7 @@ DelayMap dispatch(const RegenerativeSystem& system, double speed, double depth, 
 
 int default_steps(const RegenerativeSystem& system, double spindle_speed) {
   const double oscillations = system.highest_frequency_hz() * system.tooth_period(spindle_speed);
-  return std::clamp(static_cast<int>(std::ceil(36.0 * oscillations)), 40, 4000);
+  return std::clamp(static_cast<int>(std::ceil(40.0 * oscillations)), 40, 4000);
 }
 
 DelayMap semi_discretisation(const RegenerativeSystem& system, double spindle_speed, double depth,

@@ -7,7 +7,7 @@
 namespace osteomill::vibration {
 
 /// Steps of a tooth period that keep the error of the limit depth below 0.5 % for one- and
-/// two-direction milling: 36 for each oscillation of the fastest mode, and never fewer than 40.
+/// two-direction milling: 40 for each oscillation of the fastest mode, and never fewer than 40.
 int default_steps(const RegenerativeSystem& system, double spindle_speed);
 
 /// The cut over one tooth period by first-order semi-discretisation: directional coefficients at
