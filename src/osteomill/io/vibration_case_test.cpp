@@ -111,7 +111,9 @@ TEST(VibrationCase, NamesEveryFault) {
 TEST(VibrationCase, ExamplesAreRead) {
   const std::filesystem::path examples = OSTEOMILL_SOURCE_DIR "/examples";
   for (const CaseRun& run : read_case(examples / "tool_modes.toml", {})) read_modes_case(run);
-  for (const CaseRun& run : read_case(examples / "lobes.toml", {})) read_stability_case(run);
+  for (const char* lobes : {"lobes.toml", "measured_lobes.toml"}) {
+    for (const CaseRun& run : read_case(examples / lobes, {})) read_stability_case(run);
+  }
   for (const CaseRun& run : read_case(examples / "forced_vibration.toml", {})) {
     EXPECT_EQ(read_respond_case(run).speeds.size(), 400u);
   }
