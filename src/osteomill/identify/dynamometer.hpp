@@ -24,8 +24,8 @@ struct CompensationOptions {
   double highest_hz = 0.0;
 };
 
-/// The force that was applied, by the inverse of the measured response in the frequency domain
-/// (the truncated inverse of [castro2006]'s acceleration of dynamometers). Below the first measured
+/// The force that was applied, by the inverse of the measured response in the frequency domain, as
+/// [castro2006] corrects piezoelectric dynamometers; the floor is ours. Below the first measured
 /// line the response goes straight to 1 at rest. The ends are extended as in `zero_phase`. Throws
 /// InvalidInput for lines that do not grow or a highest frequency beyond them.
 ForceRecord compensate(const ForceRecord& record, const DynamometerResponse& dynamometer,

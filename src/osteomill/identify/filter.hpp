@@ -32,8 +32,8 @@ std::vector<Biquad> design(const Butterworth& filter, double rate);
 
 /// Forward, then backward through the sections: no phase, gain |H|². Both ends are extended by
 /// 3 (order + 1) samples turned about the end point, and both passes start in the steady state of
-/// their first sample, as SciPy's `filtfilt` does it [gustafsson1996]. This is the "forward and
-/// reverse digital filter" of [plaskos2006] §3.3.2. Columns are signals.
+/// their first sample, as SciPy's `filtfilt` does it by default. This is the "forward and reverse
+/// digital filter" of [plaskos2006] §3.3.2. Columns are signals.
 /// Throws InvalidInput when there are no more samples than the extension takes.
 Eigen::MatrixXd zero_phase(const std::vector<Biquad>& sections,
                            const Eigen::Ref<const Eigen::MatrixXd>& signals);

@@ -8,6 +8,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/experiments.hpp"
 #include "osteomill/io/scratch_folder.hpp"
+#include "osteomill/io/signal_export.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -75,6 +76,24 @@ TEST(SignalFigures, DrawEveryStepThatWasDone) {
                      EXPECT_THAT(names,
                                  ElementsAre("record", "close", "mean", "revolution", "harmonics"));
                    });
+}
+
+TEST(SignalExport, KeepsWhatWasReadAndWhatCameOut) {
+  ExperimentsCase from = example_case();
+  load_experiments(from, kDefaults, [&](const identify::ForceRecord& raw, const auto& one) {
+    if (one.experiment.name != "slot 3") return;
+    const identify::CutOfRecord cut{one.experiment.condition.spindle_speed, 2};
+    write_signals({.runs = {signals_of(raw, *one.processed, from.signals.chain, cut, "slot/3")}},
+                  scratch("signals.h5"));
+    const SignalRun run = read_signals(scratch("signals.h5")).runs.at(0);
+    EXPECT_EQ(run.name, "slot_3");
+    EXPECT_EQ(std::get<double>(run.attributes.at("cutoff_hz")), 800.0);
+    EXPECT_THAT(run.signals, SizeIs(15));
+    // Read again as a record, it is the one that it came from.
+    const LoadedRecord again = read_force_record(scratch("signals.h5"));
+    EXPECT_EQ(again.record.force, raw.force);
+    EXPECT_EQ(again.record.tacho, raw.tacho);
+  });
 }
 
 TEST(SignalFigures, ThinLongSignalsWithoutLosingAPeak) {
