@@ -244,6 +244,17 @@ void Section::triple(std::string_view key, std::array<double, 3>& values, Quanti
   }
 }
 
+void Section::triple(std::string_view key, std::optional<std::array<double, 3>>& values,
+                     Quantity quantity, Range range, std::string_view meaning) {
+  if (source_ != nullptr && !has(key)) {
+    find(key, meaning, Need::optional, "numbers", quantity, "", "");
+    return;
+  }
+  std::array<double, 3> given{};
+  triple(key, given, quantity, range, meaning, Need::optional);
+  if (source_ != nullptr) values = given;
+}
+
 void Section::texts(std::string_view key, std::vector<std::string>& values,
                     std::string_view meaning, Need need) {
   const Json* found = find(key, meaning, need, "texts", {}, "list of texts",

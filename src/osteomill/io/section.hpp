@@ -86,6 +86,8 @@ class Section {
   /// Exactly three numbers.
   void triple(std::string_view key, std::array<double, 3>& values, Quantity quantity, Range range,
               std::string_view meaning, Need need = Need::required);
+  void triple(std::string_view key, std::optional<std::array<double, 3>>& values, Quantity quantity,
+              Range range, std::string_view meaning);
   /// A file or folder that must exist; relative to the case.
   void file(std::string_view key, std::filesystem::path& value, std::string_view meaning,
             Need need = Need::required);

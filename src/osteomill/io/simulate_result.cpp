@@ -46,6 +46,7 @@ Json document_of(const SimulatedRun& run) {
                    {"first_contact_s", summary.first_contact},
                    {"feed_work_j", summary.feed_work}};
   if (run.after) document["spindle_work_j"] = summary.spindle_work;
+  if (!run.stock.is_null()) document["stock"] = run.stock;
   if (run.heat) {
     const simulate::BoneHeatSummary& heat = *run.heat;
     document["heat"] = {{"hottest_bone_c", heat.hottest - thermal::kZeroCelsius},

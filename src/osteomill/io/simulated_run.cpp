@@ -9,9 +9,9 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/control/loop.hpp"
-#include "osteomill/io/ct_volume.hpp"
 #include "osteomill/io/gcode.hpp"
 #include "osteomill/io/simulated_plant.hpp"
+#include "osteomill/io/stock_maker.hpp"
 #include "osteomill/io/text_file.hpp"
 #include "osteomill/simulate/stock_job.hpp"
 #include "osteomill/thermal/thermal_dose.hpp"
@@ -20,64 +20,6 @@ namespace osteomill::io {
 namespace {
 
 using geometry::Vector3;
-
-Vector3 vector_of(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
-
-/// X_PW from the origin and two axes, x made normal to z.
-geometry::Pose work_frame(const StockCase& stock) {
-  const Vector3 z = vector_of(stock.z_axis);
-  const Vector3 x = vector_of(stock.x_axis);
-  const Vector3 across = z.cross(x);
-  // Axes closer than a thousandth of a radian do not say where x is.
-  if (!(across.norm() > 1e-3 * z.norm() * x.norm())) {
-    throw InvalidInput(
-        Fault{"stock.x_axis", "", "must not be zero or parallel to stock.z_axis", ""});
-  }
-  geometry::Pose X_PW = geometry::Pose::Identity();
-  X_PW.translation() = vector_of(stock.origin);
-  X_PW.linear().col(2) = z.normalized();
-  X_PW.linear().col(1) = across.normalized();
-  X_PW.linear().col(0) = across.cross(z).normalized();
-  return X_PW;
-}
-
-struct MadeStock {
-  std::shared_ptr<const workpiece::Stock> stock;
-  std::vector<std::string> remarks;
-};
-
-MadeStock stock_from_ct(const SimulateCase& input) {
-  const StockCase& stock = input.stock;
-  const CtVolume ct = read_ct(stock.file, {stock.series});
-  // The Hounsfield units are wanted as fine as the voxels, one voxel beyond the region.
-  const geometry::GridShape region =
-      workpiece::cubes_over(vector_of(stock.lower), vector_of(stock.upper), stock.spacing);
-  workpiece::BoneFromCt options = stock.bone_from_ct;
-  options.force = input.bone.density;
-  MadeStock made;
-  made.stock = std::make_shared<const workpiece::Stock>(workpiece::stock_from_hounsfield(
-      resample(ct, region, work_frame(stock)), stock.spacing, options));
-  made.remarks = ct.remarks;
-  return made;
-}
-
-MadeStock make_stock(const SimulateCase& input) {
-  const StockCase& stock = input.stock;
-  if (stock.kind == StockKind::ct) return stock_from_ct(input);
-  // Air around the bone, so that the cutter is seen to enter and leave.
-  const double margin = 2.0 * stock.spacing;
-  if (stock.kind == StockKind::tibia_section) {
-    return {std::make_shared<const workpiece::Stock>(
-                workpiece::tibia_section(stock.tibia, stock.spacing, margin)),
-            {}};
-  }
-  const workpiece::BoneMaterial material{
-      stock.density,
-      stock.force_scale.value_or(bone::force_scale(stock.density, input.bone.density))};
-  return {std::make_shared<const workpiece::Stock>(workpiece::block(
-              vector_of(stock.lower), vector_of(stock.upper), material, stock.spacing, margin)),
-          {}};
-}
 
 workpiece::ToolPath make_path(const SimulateCase& input) {
   const PathCase& path = input.path;
@@ -165,17 +107,15 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
   run.before = made.stock;
   run.warnings = caveats_of(input.cutter, input.bone);
-  // A block with a force scale of its own is the only stock whose force does not follow density.
   const bone::ForceDensityLaw& by_density = input.bone.density;
-  const bool scaled = input.stock.kind == StockKind::ct ||
-                      (input.stock.kind == StockKind::block && !input.stock.force_scale);
-  if (scaled) {
+  if (follows_density(input.stock)) {
     run.warnings.push_back(fmt::format(
         "the force follows the local density as (density / {:g} kg/m3)^{:g}: an assumption, as "
         "compressive strength does; no measured law of cutting force against density was found",
         by_density.reference.value, by_density.exponent.value));
   }
   run.warnings.insert(run.warnings.end(), made.remarks.begin(), made.remarks.end());
+  run.stock = made.report;
   if (input.heat) {
     run.warnings.push_back(
         "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
@@ -217,7 +157,7 @@ std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases
       auto made = stocks.find(key);
       if (made == stocks.end()) {
         if (!share_of_all("making the stock", 0.0)) break;
-        made = stocks.emplace(key, make_stock(run.input)).first;
+        made = stocks.emplace(key, make_stock(run.input.stock, run.input.bone)).first;
       }
       mill_stock(made->second, share_of_all, options, run);
     }

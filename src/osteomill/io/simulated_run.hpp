@@ -46,6 +46,7 @@ struct SimulatedRun {
   /// The bone before and after; none for a line profile. Runs of one stock share the first.
   std::shared_ptr<const workpiece::Stock> before;
   std::shared_ptr<const workpiece::Stock> after;
+  nlohmann::ordered_json stock;  ///< what the bone was made from; null for a line profile
   control::LoopSummary loop;
   std::optional<MachineSummary> machine;          ///< with a machine that moved
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for

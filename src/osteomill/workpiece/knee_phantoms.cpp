@@ -37,38 +37,17 @@ double smooth_union(double a, double b, double radius) {
   return blend(b, a, t) - radius * t * (1.0 - t);
 }
 
-/// The materials by depth below the surface: `to_joint` is the distance to the joint surface,
-/// `to_side` to any surface, both > 0 inside; `along` is 0 at the joint and 1 at the shaft's end.
-BoneMaterial material_at(const EpiphysisBone& bone, double to_joint, double to_side, double along) {
-  const double shell = blend(bone.shell_joint, bone.shell_shaft, ease(along));
-  double density = blend(bone.cancellous_joint, bone.cancellous_shaft,
-                         std::clamp((to_joint - bone.plate) / bone.gradient_depth, 0.0, 1.0));
-  if (to_joint < bone.plate)
-    density = bone.subchondral;
-  else if (to_side < shell)
-    density = bone.cortical;
-  density = std::round(density);
-  return {density, bone::force_scale(density, bone.force)};
-}
-
-void check(const EpiphysisBone& bone) {
-  for (double density :
-       {bone.cortical, bone.subchondral, bone.cancellous_joint, bone.cancellous_shaft})
-    require_positive("stock.density_kg_per_m3", density, "kg/m³");
-  for (double thickness : {bone.gradient_depth, bone.plate, bone.shell_joint, bone.shell_shaft})
-    require_positive("stock.thickness_mm", thickness / units::mm, "mm");
-}
-
-geometry::GridShape around(const Vector3& lower, const Vector3& upper, double spacing,
-                           double margin) {
+Stock upright(const Anatomy& anatomy, double spacing, double margin) {
+  require_positive("stock.spacing_mm", spacing / units::mm, "mm");
   require_non_negative("stock.margin_mm", margin / units::mm, "mm");
   const Vector3 more = Vector3::Constant(margin + spacing);
-  return cubes_over(lower - more, upper + more, spacing);
+  return stock_of(anatomy, geometry::Pose::Identity(),
+                  {anatomy.lower_P - more, anatomy.upper_P + more}, spacing);
 }
 
 }  // namespace
 
-Stock proximal_tibia(const ProximalTibia& tibia, double spacing, double margin) {
+Anatomy anatomy_of(const ProximalTibia& tibia) {
   require_positive("stock.width_mm", tibia.width / units::mm, "mm");
   require_positive("stock.depth_mm", tibia.depth / units::mm, "mm");
   require_positive("stock.length_mm", tibia.length / units::mm, "mm");
@@ -78,7 +57,7 @@ Stock proximal_tibia(const ProximalTibia& tibia, double spacing, double margin) 
   // The metaphysis narrows over this share of the length.
   constexpr double narrowing = 0.7;
   const Vector3 up(0.0, -std::sin(tibia.slope), std::cos(tibia.slope));
-  const auto side = [&](const Vector3& p) {
+  const auto side = [tibia](const Vector3& p) {
     const double t = ease(-p.z() / (narrowing * tibia.length));
     const double a = 0.5 * blend(tibia.width, tibia.shaft, t);
     const double b = 0.5 * blend(tibia.depth, tibia.shaft, t);
@@ -90,18 +69,24 @@ Stock proximal_tibia(const ProximalTibia& tibia, double spacing, double margin) 
   const Vector3 lower(-0.5 * tibia.width, -0.5 * tibia.depth, -tibia.length);
   const Vector3 upper(0.5 * tibia.width, 0.5 * tibia.depth,
                       0.5 * tibia.depth * std::abs(std::tan(tibia.slope)));
-  return Stock(around(lower, upper, spacing, margin), [&](const Vector3& p_W) {
-    const double to_side = -first_order_distance(side, p_W);
-    const double to_joint = -p_W.dot(up);
-    const double to_end = p_W.z() + tibia.length;
+  const auto bone = [tibia, up, side](const Vector3& p_P) {
+    const double to_side = -first_order_distance(side, p_P);
+    const double to_joint = -p_P.dot(up);
+    const double to_end = p_P.z() + tibia.length;
     BoneSample sample;
     sample.signed_distance = -std::min({to_side, to_joint, to_end});
-    sample.material = material_at(tibia.bone, to_joint, to_side, -p_W.z() / tibia.length);
+    sample.material =
+        material_at(tibia.bone, {to_joint, to_joint, to_side, -p_P.z() / tibia.length});
     return sample;
-  });
+  };
+  return {bone, lower, upper};
 }
 
-Stock distal_femur(const DistalFemur& femur, double spacing, double margin) {
+Stock proximal_tibia(const ProximalTibia& tibia, double spacing, double margin) {
+  return upright(anatomy_of(tibia), spacing, margin);
+}
+
+Anatomy anatomy_of(const DistalFemur& femur) {
   require_positive("stock.width_mm", femur.width / units::mm, "mm");
   require_positive("stock.depth_mm", femur.depth / units::mm, "mm");
   require_positive("stock.condyle_height_mm", femur.condyle_height / units::mm, "mm");
@@ -119,7 +104,7 @@ Stock distal_femur(const DistalFemur& femur, double spacing, double margin) {
     return first_order_distance(
         [&](const Vector3& q) { return (q - centre).cwiseQuotient(axes).norm() - 1.0; }, p);
   };
-  const auto surface = [&](const Vector3& p) {
+  const auto surface = [=](const Vector3& p) {
     const Vector3 mirrored(std::abs(p.x()), p.y(), p.z());
     const double condyle = ellipsoid(mirrored, {condyle_x, 0.0, half_height},
                                      {0.5 * condyle_width, 0.5 * femur.depth, half_height});
@@ -136,17 +121,23 @@ Stock distal_femur(const DistalFemur& femur, double spacing, double margin) {
   };
   const Vector3 lower(-0.5 * femur.width, -0.5 * femur.depth, 0.0);
   const Vector3 upper(0.5 * femur.width, 0.5 * femur.depth, femur.length);
-  return Stock(around(lower, upper, spacing, margin), [&](const Vector3& p_W) {
-    const double to_side = -surface(p_W);
-    const double to_end = femur.length - p_W.z();
+  const auto bone = [femur, surface](const Vector3& p_P) {
+    const double to_side = -surface(p_P);
+    const double to_end = femur.length - p_P.z();
     // The joint surface ends at the top of the condyles.
-    const double above = std::max(0.0, p_W.z() - femur.condyle_height);
+    const double above = std::max(0.0, p_P.z() - femur.condyle_height);
     const double to_joint = std::max(to_side, 0.0) + above;
     BoneSample sample;
     sample.signed_distance = -std::min(to_side, to_end);
-    sample.material = material_at(femur.bone, to_joint, to_side, p_W.z() / femur.length);
+    sample.material =
+        material_at(femur.bone, {to_joint, to_joint, to_side, p_P.z() / femur.length});
     return sample;
-  });
+  };
+  return {bone, lower, upper};
+}
+
+Stock distal_femur(const DistalFemur& femur, double spacing, double margin) {
+  return upright(anatomy_of(femur), spacing, margin);
 }
 
 }  // namespace osteomill::workpiece

@@ -1,24 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "osteomill/bone/density.hpp"
+#include "osteomill/workpiece/anatomy.hpp"
+#include "osteomill/workpiece/epiphysis.hpp"
 #include "osteomill/workpiece/stock.hpp"
 
 namespace osteomill::workpiece {
-
-/// Densities of a long bone's end. Values are apparent densities of the order that the literature
-/// gives for adults; the set as a whole is assumed.
-struct EpiphysisBone {
-  double cortical = 1900.0;          ///< kg/m³
-  double subchondral = 1200.0;       ///< plate below the joint surface, kg/m³
-  double cancellous_joint = 450.0;   ///< just below the plate, kg/m³
-  double cancellous_shaft = 150.0;   ///< `gradient_depth` below the joint and beyond, kg/m³
-  double gradient_depth = 40e-3;     ///< m
-  double plate = 2e-3;               ///< thickness of the subchondral plate, m
-  double shell_joint = 1.0e-3;       ///< thickness of the cortical shell at the joint, m
-  double shell_shaft = 4.5e-3;       ///< at the shaft, m
-  bone::ForceDensityLaw force = {};  ///< density to force scale
-};
 
 /// Upper end of a tibia: z up, plateau at z = 0 sloping down backwards; x to the patient's right
 /// (medio-lateral), y forwards. The section goes from a rounded rectangle at the plateau to the
@@ -31,6 +18,7 @@ struct ProximalTibia {
   double slope = 0.0873;  ///< of the plateau, rad; 5°
   EpiphysisBone bone = {};
 };
+Anatomy anatomy_of(const ProximalTibia& tibia);
 Stock proximal_tibia(const ProximalTibia& tibia, double spacing, double margin = 0.0);
 
 /// Lower end of a femur: z up along the shaft, most distal point of the condyles at z = 0; x to the
@@ -45,6 +33,7 @@ struct DistalFemur {
   double length = 80e-3;          ///< m
   EpiphysisBone bone = {};
 };
+Anatomy anatomy_of(const DistalFemur& femur);
 Stock distal_femur(const DistalFemur& femur, double spacing, double margin = 0.0);
 
 }  // namespace osteomill::workpiece
