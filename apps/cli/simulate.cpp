@@ -6,6 +6,8 @@
 
 #include "command.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/cl_file.hpp"
+#include "osteomill/io/gcode_writer.hpp"
 #include "osteomill/io/run_directory.hpp"
 #include "osteomill/io/run_record.hpp"
 #include "osteomill/io/simulate_picture.hpp"
@@ -29,6 +31,10 @@ void write_directory(const std::filesystem::path& directory, const std::string& 
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const std::string& name = runs[i].input.name;
     io::draw(io::plot_of(runs[i]), output.file(name + ".png"));
+    if (runs[i].path) {
+      io::write_text_file(output.file(name + ".ngc"), io::write_gcode(*runs[i].path));
+      io::write_text_file(output.file(name + ".cl"), io::write_cl(*runs[i].path));
+    }
     const auto add = [&](const io::Picture& picture, const char* suffix, const char* caption) {
       const std::filesystem::path file = output.file(name + suffix);
       io::draw(picture, file);

@@ -212,6 +212,7 @@ void bind_simulate(Section& section, SimulateCase& to) {
   bind_path(section, to.path, to.stock);
   bind_cutter(section, to.cutter);
   if (section.when(to.stock.kind != StockKind::line_profile)) {
+    bind_regions(section, to.regions);
     bind_bone(section, to.bone);
     bind_heat(section, to.heat);
   }

@@ -13,6 +13,7 @@
 #include "osteomill/io/cutting_section.hpp"
 #include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/path_section.hpp"
+#include "osteomill/io/region_section.hpp"
 #include "osteomill/io/stock_section.hpp"
 #include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/milling.hpp"
@@ -27,6 +28,7 @@ struct SimulateCase {
   std::string name;
   StockCase stock;
   PathCase path;
+  RegionCase regions;  ///< not with line-profile
   CutterCase cutter;
   BoneCase bone;  ///< not with line-profile
   std::array<double, 3> fibre{1, 0, 0};

@@ -47,6 +47,8 @@ Json document_of(const SimulatedRun& run) {
                    {"feed_work_j", summary.feed_work}};
   if (run.after) document["spindle_work_j"] = summary.spindle_work;
   if (!run.stock.is_null()) document["stock"] = run.stock;
+  if (!run.path_report.is_null()) document["path"] = run.path_report;
+  if (!run.plan.is_null()) document["plan"] = run.plan;
   if (run.heat) {
     const simulate::BoneHeatSummary& heat = *run.heat;
     document["heat"] = {{"hottest_bone_c", heat.hottest - thermal::kZeroCelsius},

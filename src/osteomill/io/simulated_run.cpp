@@ -9,10 +9,9 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/control/loop.hpp"
-#include "osteomill/io/gcode.hpp"
+#include "osteomill/io/path_maker.hpp"
 #include "osteomill/io/simulated_plant.hpp"
 #include "osteomill/io/stock_maker.hpp"
-#include "osteomill/io/text_file.hpp"
 #include "osteomill/simulate/stock_job.hpp"
 #include "osteomill/thermal/thermal_dose.hpp"
 
@@ -20,31 +19,6 @@ namespace osteomill::io {
 namespace {
 
 using geometry::Vector3;
-
-workpiece::ToolPath make_path(const SimulateCase& input) {
-  const PathCase& path = input.path;
-  const workpiece::CutSettings cut{path.feed, path.spindle_speed};
-  workpiece::Lines lines;
-  lines.start_W = vector_of(path.start);
-  lines.along_W = vector_of(path.along);
-  lines.step_over_W = vector_of(path.step_over);
-  lines.count = path.lines;
-  lines.clearance = path.clearance;
-  switch (path.kind) {
-    case PathKind::lines:
-      return workpiece::lines(lines, cut);
-    case PathKind::zigzag:
-      return workpiece::zigzag(lines, cut);
-    case PathKind::gcode:
-      return read_gcode(read_text_file(path.file),
-                        GcodeOptions{.file_name = path.file.filename().string()});
-    case PathKind::points:
-      break;
-  }
-  workpiece::Move move{workpiece::MoveKind::cut, {}, path.feed, path.spindle_speed, 1};
-  for (const auto& point : path.points) move.points_W.push_back(vector_of(point));
-  return workpiece::ToolPath({move});
-}
 
 simulate::Status status_of(control::LoopEnd end) {
   switch (end) {
@@ -96,7 +70,13 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
 void mill_stock(const MadeStock& made, const Progress& progress, const RunOptions& how,
                 SimulatedRun& run) {
   SimulateCase& input = run.input;
-  simulate::StockJob job{input.cutter.cutter, input.bone.law, make_path(input)};
+  const MadeRegions regions = make_regions(input.regions, input.stock);
+  MadePath path = make_path(input.path, input.cutter.cutter, *made.stock, regions);
+  if (!path.path.upright())
+    throw InvalidInput(Fault{"path", "a tool axis that is not +z of the work frame",
+                             "must keep the axis at +z where bone is removed",
+                             "where the axis is fixed, turn the work frame by stock.z_axis"});
+  simulate::StockJob job{input.cutter.cutter, input.bone.law, path.path};
   for (const workpiece::Move& move : job.path.moves()) {
     if (move.kind == workpiece::MoveKind::cut) input.machine.spindle_speed = move.spindle_speed;
   }
@@ -115,7 +95,10 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
         by_density.reference.value, by_density.exponent.value));
   }
   run.warnings.insert(run.warnings.end(), made.remarks.begin(), made.remarks.end());
+  run.warnings.insert(run.warnings.end(), regions.remarks.begin(), regions.remarks.end());
   run.stock = made.report;
+  run.path_report = std::move(path.report);
+  run.path = std::move(path.path);
   if (input.heat) {
     run.warnings.push_back(
         "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
@@ -133,6 +116,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
     }
   }
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());
+  if (regions.plan) run.plan = plan_report(*run.before, *run.after, regions.plan);
 }
 
 }  // namespace

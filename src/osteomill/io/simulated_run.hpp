@@ -13,6 +13,7 @@
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/simulate/summary.hpp"
 #include "osteomill/workpiece/stock.hpp"
+#include "osteomill/workpiece/tool_path.hpp"
 
 namespace osteomill::io {
 
@@ -46,7 +47,10 @@ struct SimulatedRun {
   /// The bone before and after; none for a line profile. Runs of one stock share the first.
   std::shared_ptr<const workpiece::Stock> before;
   std::shared_ptr<const workpiece::Stock> after;
-  nlohmann::ordered_json stock;  ///< what the bone was made from; null for a line profile
+  // Null for a line profile: what the bone was made from, the path with its margins, and what was
+  // done of the plan (null also without one).
+  nlohmann::ordered_json stock, path_report, plan;
+  std::optional<workpiece::ToolPath> path;
   control::LoopSummary loop;
   std::optional<MachineSummary> machine;          ///< with a machine that moved
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for

@@ -18,7 +18,8 @@ namespace {
 using geometry::Vector3;
 
 // The largest value of a 12-bit scanner; and slices in which a cortical shell is lost.
-constexpr float kSaturatedHounsfield = 3071.0F;
+constexpr int kSaturatedHounsfield = 3071;
+constexpr double kPaintSpacing = 0.4 * units::mm;  // half the thinnest layer that is painted
 constexpr double kThickSlice = 3.0 * units::mm;
 
 void check_voxels(const workpiece::Extent& box, double spacing) {
@@ -48,8 +49,24 @@ std::shared_ptr<const workpiece::Stock> place(const StockCase& stock,
       workpiece::stock_of(anatomy, X_PW, box, stock.spacing));
 }
 
-void check_ct(const StockCase& stock, const CtVolume& ct,
-              const geometry::VoxelGrid<float>& hounsfield_W) {
+/// Voxels of the CT in the region (with one beside it) that are at the end of the scanner's scale.
+std::size_t saturated_voxels(const StockCase& stock, const CtVolume& ct) {
+  const geometry::Pose X_WG = work_frame(stock).inverse() * ct.X_PG;
+  const geometry::GridShape& grid = ct.hounsfield.shape();
+  const Vector3 beside = Vector3::Constant(grid.spacing.maxCoeff());
+  const Vector3 lower = vector_of(*stock.lower) - beside, upper = vector_of(*stock.upper) + beside;
+  std::size_t count = 0;
+  for (int z = 0; z < grid.size[2]; ++z)
+    for (int y = 0; y < grid.size[1]; ++y)
+      for (int x = 0; x < grid.size[0]; ++x) {
+        if (ct.hounsfield.at(x, y, z) < kSaturatedHounsfield) continue;
+        const Vector3 p_W = X_WG * grid.centre(x, y, z);
+        if ((p_W.array() > lower.array()).all() && (p_W.array() < upper.array()).all()) ++count;
+      }
+  return count;
+}
+
+void check_ct(const StockCase& stock, const CtVolume& ct) {
   FaultList faults;
   const Vector3 spacing = ct.hounsfield.shape().spacing;
   if (spacing.maxCoeff() > kThickSlice && !stock.accepts("thick-slices"))
@@ -62,35 +79,31 @@ void check_ct(const StockCase& stock, const CtVolume& ct,
                             kThickSlice / units::mm),
                 "use a series with thinner slices, or stock.accept = [\"thick-slices\"]"});
     });
-  const auto& values = hounsfield_W.values();
-  const auto saturated = std::count_if(values.begin(), values.end(),
-                                       [](float hu) { return hu >= kSaturatedHounsfield; });
+  const std::size_t saturated = saturated_voxels(stock, ct);
   if (saturated > 0 && !stock.accepts("metal"))
     faults.gather([&] {
-      throw InvalidInput(
-          Fault{"stock.file",
-                fmt::format("{} voxels of the region at {:g} HU or above", saturated,
-                            kSaturatedHounsfield),
-                "must be bone: that is metal or a saturated scan, and what lies around it is "
-                "streaked",
-                "choose a region away from it, or stock.accept = [\"metal\"] to cut it as the "
-                "densest bone"});
+      throw InvalidInput(Fault{
+          "stock.file",
+          fmt::format("{} voxels of the region at {} HU or above", saturated, kSaturatedHounsfield),
+          "must be bone: that is metal or a saturated scan, and what lies around it is "
+          "streaked",
+          "choose a region away from it, or stock.accept = [\"metal\"] to cut it as the "
+          "densest bone"});
     });
   faults.raise();
 }
 
 MadeStock from_ct(const StockCase& stock, const BoneCase& bone) {
   const CtVolume ct = read_ct(stock.file, {stock.series});
+  check_ct(stock, ct);
   // The Hounsfield units are wanted as fine as the voxels, one voxel beyond the region.
   const geometry::GridShape region =
       workpiece::cubes_over(vector_of(*stock.lower), vector_of(*stock.upper), stock.spacing);
   workpiece::BoneFromCt options = stock.bone_from_ct;
   options.force = bone.density;
-  const geometry::VoxelGrid<float> hounsfield = resample(ct, region, work_frame(stock));
-  check_ct(stock, ct, hounsfield);
   MadeStock made;
-  made.stock = std::make_shared<const workpiece::Stock>(
-      workpiece::stock_from_hounsfield(hounsfield, stock.spacing, options));
+  made.stock = std::make_shared<const workpiece::Stock>(workpiece::stock_from_hounsfield(
+      resample(ct, region, work_frame(stock)), stock.spacing, options));
   made.remarks = ct.remarks;
   made.report["from"] = ct.description;
   return made;
@@ -118,13 +131,20 @@ MadeStock from_mesh(const StockCase& stock, const BoneCase& bone) {
   }
   workpiece::EpiphysisBone painted = stock.painted;
   painted.force = bone.density;
-  // The layers of the painting end where their depth does; what is deeper is all one.
+  // The surface itself from a fine grid, the layers below it from one that reaches deeper: they end
+  // where their depth does, what is deeper is all one.
+  const double h = stock.spacing;
   const double deepest = std::max({painted.shell_joint, painted.shell_shaft, painted.plate});
-  const Solid solid(file.mesh, {.spacing = stock.spacing, .inside = deepest + 2.0 * stock.spacing});
+  const Solid surface(file.mesh, {.spacing = 0.5 * h, .inside = h, .outside = h});
+  const Solid depth(file.mesh, {.spacing = std::max(h, kPaintSpacing),
+                                .inside = deepest + 2.0 * std::max(h, kPaintSpacing)});
+  const auto distance = [surface, depth, h](const Vector3& p_P) {
+    const double near = surface.distance(p_P);
+    return std::abs(near) < h ? near : depth.distance(p_P);
+  };
   MadeStock made;
   made.stock = place(
-      stock, workpiece::shell_bone([solid](const Vector3& p_P) { return solid.distance(p_P); },
-                                   {solid.lower(), solid.upper()}, joint, painted));
+      stock, workpiece::shell_bone(distance, {surface.lower(), surface.upper()}, joint, painted));
   made.report["from"] = file.description;
   made.report["unit"] = file.unit_reason;
   made.report["repair"] = geometry::describe(file.repair);

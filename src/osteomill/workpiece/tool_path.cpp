@@ -32,6 +32,11 @@ void check(const Move& move, std::size_t index, FaultList& faults) {
           "must have at least two points");
   for (const Vector3& point : move.points_W)
     require(point.allFinite(), ".points", in_mm(point), "must be finite");
+  require(move.axes_W.empty() || move.axes_W.size() == move.points_W.size(), ".axes",
+          std::to_string(move.axes_W.size()), "must be one for each point, or none");
+  for (const Vector3& axis : move.axes_W)
+    require(std::abs(axis.norm() - 1.0) < 1e-6, ".axes", fmt::format("{:.6g} long", axis.norm()),
+            "must be of length 1");
   if (move.kind == MoveKind::rapid) return;
   require(std::isfinite(move.feed_rate) && move.feed_rate > 0.0, ".feed_rate_mm_per_s",
           fmt::format("{:.6g} mm/s", move.feed_rate / units::mm_per_s), "must be > 0");
@@ -62,7 +67,7 @@ ToolPath::ToolPath(std::vector<Move> moves) : moves_(std::move(moves)) {
       const double step = (points[i] - points[i - 1]).norm();
       if (step <= kSamePoint) continue;
       arc_length += step;
-      segments_.push_back({points[i - 1], points[i], m});
+      segments_.push_back({points[i - 1], points[i], m, i});
       ends_.push_back(arc_length);
     }
     last_end_.push_back(arc_length);
@@ -87,7 +92,17 @@ PathPoint ToolPath::at(double arc_length) const {
       part < 1.0 ? Vector3(segment.from + part * (segment.to - segment.from)) : segment.to;
   point.direction_W = (segment.to - segment.from).normalized();
   point.move = segment.move;
+  if (const std::vector<Vector3>& axes = moves_[segment.move].axes_W; !axes.empty())
+    point.axis_W =
+        ((1.0 - part) * axes[segment.point - 1] + part * axes[segment.point]).normalized();
   return point;
+}
+
+bool ToolPath::upright() const {
+  for (const Move& move : moves_)
+    for (const Vector3& axis : move.axes_W)
+      if ((axis - Vector3::UnitZ()).norm() > 1e-9) return false;
+  return true;
 }
 
 std::vector<double> ToolPath::corners_between(double from, double to) const {
@@ -134,8 +149,11 @@ ToolPath zigzag(const Lines& lines, const CutSettings& cut) {
 
 ToolPath transformed(const ToolPath& path, const geometry::Pose& X) {
   std::vector<Move> moves = path.moves();
-  for (Move& move : moves)
+  for (Move& move : moves) {
     for (Vector3& point : move.points_W) point = X * point;
+    if (move.axes_W.empty()) move.axes_W.assign(move.points_W.size(), Vector3::UnitZ());
+    for (Vector3& axis : move.axes_W) axis = X.linear() * axis;
+  }
   return ToolPath(std::move(moves));
 }
 

@@ -21,6 +21,9 @@ struct Move {
   double feed_rate = 0.0;         ///< programmed, m/s; cuts only
   double spindle_speed = 0.0;     ///< rad/s, > 0 clockwise seen from the spindle
   int line = 0;                   ///< of the path that the move belongs to: see ToolPath
+  /// Direction of the tool's axis from the tip to the spindle, a unit vector for each point,
+  /// between them in proportion; empty: +z of W all along.
+  std::vector<Vector3> axes_W = {};
 };
 
 /// Where a path is at an arc length.
@@ -28,6 +31,7 @@ struct PathPoint {
   Vector3 position_W = Vector3::Zero();
   Vector3 direction_W = Vector3::Zero();  ///< unit vector along the path
   std::size_t move = 0;                   ///< index into moves()
+  Vector3 axis_W = Vector3::UnitZ();      ///< from the tip to the spindle, unit
 };
 
 /// Moves of the tip in the work frame W, one after the other, by arc length. `line` of a move is a
@@ -35,7 +39,8 @@ struct PathPoint {
 class ToolPath {
  public:
   /// Throws InvalidInput: no move, a move of fewer than two points, points that are not finite, a
-  /// cut with no feed or no spindle speed, a move that does not start where the last one ended.
+  /// cut with no feed or no spindle speed, axes that are not one unit vector a point, a move that
+  /// does not start where the last one ended.
   explicit ToolPath(std::vector<Move> moves);
 
   const std::vector<Move>& moves() const { return moves_; }
@@ -43,6 +48,9 @@ class ToolPath {
   /// Arc length at which a move ends, m.
   double end_of(std::size_t move) const { return last_end_[move]; }
   double start_of(std::size_t move) const { return move == 0 ? 0.0 : last_end_[move - 1]; }
+
+  /// Whether the tool's axis is +z of W all along.
+  bool upright() const;
 
   /// The point at an arc length, which is held to 0...length().
   PathPoint at(double arc_length) const;
@@ -54,6 +62,7 @@ class ToolPath {
   struct Segment {
     Vector3 from, to;
     std::size_t move;
+    std::size_t point;  ///< of the move, at the end
   };
   std::size_t segment_at(double arc_length) const;
 
@@ -85,7 +94,7 @@ ToolPath lines(const Lines& lines, const CutSettings& cut);
 /// The same lines cut to and fro, with the step between them as a cut.
 ToolPath zigzag(const Lines& lines, const CutSettings& cut);
 
-/// The path moved rigidly: p_W' = X * p_W.
+/// The path moved rigidly: p_W' = X * p_W, axes turned along.
 ToolPath transformed(const ToolPath& path, const geometry::Pose& X);
 
 /// Points of an arc about an axis through `centre`, from `from`, turning by `angle` (rad,

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/workpiece/no_go.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "osteomill/base/error.hpp"
+#include "osteomill/base/units.hpp"
+#include "osteomill/workpiece/area_paths.hpp"
+
+namespace osteomill::workpiece {
+namespace {
+
+using units::mm;
+
+const CutSettings kCut{3e-3, 628.0};
+constexpr double kPrecision = 10e-6;  // of nearest_approach, m
+
+cutting::Cutter cylinder() {
+  cutting::Cutter cutter;
+  cutter.radius = 3 * mm;
+  cutter.cutting_length = 10 * mm;
+  return cutter;
+}
+
+ToolPath pass() { return line({-20 * mm, 0, 0}, {20 * mm, 0, 0}, kCut); }
+
+TEST(NearestApproach, IsThatOfAnalyticCases) {
+  struct Case {
+    NoGo region;
+    double distance;
+  };
+  const std::vector<Case> cases = {
+      // Beside the wall, 5 mm up.
+      {no_go_ball("wall", Vector3(7, 10, 5) * mm, 2 * mm, 0), 10 * mm - 3 * mm - 2 * mm},
+      // Below the flat end.
+      {no_go_ball("floor", Vector3(1, 1, -6) * mm, 2 * mm, 0), 6 * mm - 2 * mm},
+      // Past the end of the pass and below: the rim of the end is nearest.
+      {no_go_ball("rim", Vector3(27, 0, -3) * mm, 1 * mm, 0), 5 * mm - 1 * mm},
+      // High above: the shank goes on without end.
+      {no_go_ball("shank", Vector3(0, -9, 200) * mm, 1 * mm, 0), 9 * mm - 3 * mm - 1 * mm},
+      // A face along the pass, an edge across it, and one that the tool goes through.
+      {no_go_box("face", Vector3(-5, 4, -3) * mm, Vector3(5, 9, 3) * mm, 0), 1 * mm},
+      {no_go_box("below", Vector3(-5, -9, -9) * mm, Vector3(5, 9, -2.5) * mm, 0), 2.5 * mm},
+  };
+  for (const Case& one : cases)
+    EXPECT_NEAR(nearest_approach(pass(), cylinder(), one.region).distance, one.distance, kPrecision)
+        << one.region.name;
+  EXPECT_LE(
+      nearest_approach(pass(), cylinder(),
+                       no_go_box("through", Vector3(-5, -9, -3) * mm, Vector3(5, 9, 3) * mm, 0))
+          .distance,
+      0.0);
+}
+
+TEST(NearestApproach, CountsTheAxisThatTheToolHas) {
+  // Lying along -x, its tip at the origin: a ball beside its shank, and one past its tip.
+  Move move{MoveKind::cut, {Vector3(0, 0, 0), Vector3(0, 0, 1 * mm)}, 3e-3, 628.0, 1, {}};
+  move.axes_W = {-Vector3::UnitX(), -Vector3::UnitX()};
+  const ToolPath path({move});
+  EXPECT_NEAR(
+      nearest_approach(path, cylinder(), no_go_ball("a", Vector3(-30, 0, 10) * mm, 1 * mm, 0))
+          .distance,
+      10 * mm - 1 * mm - 3 * mm - 1 * mm, kPrecision);
+  EXPECT_NEAR(nearest_approach(path, cylinder(), no_go_ball("b", Vector3(8, 0, 0) * mm, 1 * mm, 0))
+                  .distance,
+              7 * mm, kPrecision);
+}
+
+TEST(NearestApproach, DoesNotDependOnHowThePathIsCutUp) {
+  const NoGo region = no_go_box("box", Vector3(2, 5, -8) * mm, Vector3(6, 9, -1) * mm, 0);
+  Move pieces{MoveKind::cut, {}, 3e-3, 628.0, 1, {}};
+  for (int k = 0; k <= 37; ++k) pieces.points_W.emplace_back(-20 * mm + 40 * mm * k / 37, 0.0, 0.0);
+  EXPECT_NEAR(nearest_approach(ToolPath({pieces}), cylinder(), region).distance,
+              nearest_approach(pass(), cylinder(), region).distance, kPrecision);
+}
+
+TEST(NoGo, NamesEveryRegionThatThePathEntersWithPlaceAndDepth) {
+  const std::vector<NoGo> regions = {
+      no_go_ball("vessel", Vector3(7, 6, 5) * mm, 2 * mm, 2 * mm),
+      no_go_ball("far", Vector3(7, 40, 5) * mm, 2 * mm, 2 * mm),
+      no_go_box("ligament", Vector3(-5, -9, -3) * mm, Vector3(5, -2, 3) * mm, 1 * mm)};
+  try {
+    check_no_go(pass(), cylinder(), regions);
+    FAIL();
+  } catch (const InvalidInput& error) {
+    ASSERT_EQ(error.faults().size(), 2u);
+    EXPECT_EQ(error.faults()[0].field, "no_go.vessel");
+    EXPECT_THAT(error.faults()[0].value, testing::HasSubstr("within 1.00 mm"));
+    EXPECT_THAT(error.faults()[0].value, testing::HasSubstr("tip near (7.00, 0.00, 0.00) mm"));
+    EXPECT_THAT(error.faults()[0].rule, testing::HasSubstr("1.00 mm are missing"));
+    EXPECT_EQ(error.faults()[1].field, "no_go.ligament");
+  }
+  EXPECT_EQ(check_no_go(pass(), cylinder(), {regions[1]}).size(), 1u);
+}
+
+TEST(Forbidden, LeavesAPathThatKeepsTheMargin) {
+  const NoGo ball = no_go_ball("ball", Vector3(4, 3, 2) * mm, 3 * mm, 1.5 * mm);
+  const NoGo box = no_go_box("box", Vector3(-30, -14, -8) * mm, Vector3(-10, 4, 30) * mm, 2 * mm);
+  AreaCut cut;
+  cut.outline = rectangle({-30 * mm, -20 * mm}, {30 * mm, 20 * mm});
+  for (const NoGo& region : {ball, box})
+    cut.outline = without(cut.outline, forbidden(region, cylinder(), -4 * mm));
+  cut.levels = {-4 * mm};
+  cut.step_over = 2 * mm;
+  cut.clearance_z = 40 * mm;
+  EXPECT_NO_THROW(check_no_go(raster(cut, {0.3, true}, kCut), cylinder(), {ball, box}));
+  EXPECT_NO_THROW(check_no_go(contour_parallel(cut, true, kCut), cylinder(), {ball, box}));
+  // What lies below the tip forbids nothing.
+  EXPECT_TRUE(forbidden(ball, cylinder(), 8 * mm).empty());
+}
+
+TEST(Access, IsTheLeastGapInTheWindow) {
+  const AccessWindow round{circle({0, 0}, 25 * mm), 10 * mm};
+  // At the ends of the pass the axis is 20 mm from the middle.
+  EXPECT_NEAR(check_access(pass(), cylinder(), round), 25 * mm - 20 * mm - 3 * mm, kPrecision);
+  EXPECT_THROW(check_access(pass(), cylinder(), {circle({0, 0}, 22 * mm), 10 * mm}), InvalidInput);
+  EXPECT_TRUE(std::isinf(check_access(pass(), cylinder(), {circle({0, 0}, 1 * mm), -1 * mm})));
+}
+
+}  // namespace
+}  // namespace osteomill::workpiece
