@@ -78,6 +78,11 @@ void write_directory(const CaseArguments& arguments, const std::string& command,
       section.blocks.emplace_back(io::ReportPicture{figure.caption, io::read_text_file(file)});
     }
     if (run.shown.rows.size() > 1) section.blocks.emplace_back(table_of(run.shown.rows));
+    for (const auto& rows : run.shown.tables) section.blocks.emplace_back(table_of(rows));
+    for (const TextFile& file : run.shown.files) {
+      const std::string prefix = runs.size() == 1 ? "" : run.name + "-";
+      io::write_text_file(output.file(prefix + file.name), file.text);
+    }
     report.sections.push_back(std::move(section));
     for (const std::string& warning : run.shown.warnings) {
       if (said.insert(warning).second) {
@@ -116,6 +121,11 @@ void show_runs(const CaseArguments& arguments, const std::string& command,
     }
     if (runs.size() > 1) fmt::print("{}\n", run.name);
     print_table(run.shown.rows);
+    for (const auto& rows : run.shown.tables) {
+      fmt::print("\n");
+      print_table(rows);
+    }
+    if (!run.shown.tables.empty()) fmt::print("\n");
     for (const std::string& sentence : run.shown.sentences) fmt::print("{}\n", sentence);
     if (runs.size() > 1 && &run != &runs.back()) fmt::print("\n");
   }

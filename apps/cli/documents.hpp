@@ -17,6 +17,12 @@ struct Figure {
   std::function<void(const std::filesystem::path& file)> draw;
 };
 
+/// Another file of a run directory.
+struct TextFile {
+  std::string name;
+  std::string text;
+};
+
 /// What a command has to show of one run.
 struct Shown {
   nlohmann::ordered_json document;
@@ -25,6 +31,8 @@ struct Shown {
   std::vector<std::string> sentences = {};     ///< below the table
   std::vector<std::string> warnings = {};
   std::vector<Figure> figures = {};
+  std::vector<std::vector<std::vector<std::string>>> tables = {};  ///< further ones, not in csv
+  std::vector<TextFile> files = {};                                ///< of the run directory
 };
 
 /// Solves every run of a case and shows it as the arguments ask: one JSON document (of one run, or

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include "documents.hpp"
+#include "osteomill/base/units.hpp"
 #include "osteomill/io/identify_case.hpp"
+#include "osteomill/io/identify_figures.hpp"
 #include "osteomill/io/identify_result.hpp"
 #include "osteomill/io/text_file.hpp"
 
@@ -52,6 +54,25 @@ Rows candidate_rows(const std::vector<Candidate>& candidates) {
   return rows;
 }
 
+Rows experiment_rows(const std::vector<Experiment>& experiments, const Candidate& chosen) {
+  Rows rows = {{"cut", "depth, mm", "feed, um/tooth", "measured Fx, Fy, Fz, N", "residual, N",
+                "left out, N", "Cook"}};
+  const auto three = [](const geometry::Vector3& v) {
+    return fmt::format("{:.2f} {:.2f} {:.2f}", v.x(), v.y(), v.z());
+  };
+  for (std::size_t i = 0; i < experiments.size(); ++i) {
+    const Experiment& one = experiments[i];
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto& error = chosen.leave_one->error[i];
+    rows.push_back({one.name, number(one.immersion.axial_depth / units::mm),
+                    number(one.condition.feed_per_tooth / units::um), three(one.mean_force),
+                    three(chosen.fit->residual.row(row).transpose()),
+                    error ? three(*error) : "not determined",
+                    fmt::format("{:.2f}", chosen.fit->cook_distance(row))});
+  }
+  return rows;
+}
+
 struct Arguments : CaseArguments {
   std::filesystem::path entry;
 };
@@ -69,9 +90,12 @@ Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
   if (!arguments.entry.empty()) {
     io::write_text_file(arguments.entry, io::catalogue_entry_of(input, result));
   }
-  if (arguments.format == Format::table && result.candidates.size() > 1) {
-    print_table(candidate_rows(result.candidates));
-    fmt::print("\n");
+  if (result.candidates.size() > 1) shown.tables.push_back(candidate_rows(result.candidates));
+  shown.tables.push_back(experiment_rows(input.experiments, result.best()));
+  shown.files = {{"bone.toml", io::catalogue_entry_of(input, result)}};
+  for (io::IdentifyFigure& figure :
+       io::identify_figures(input.experiments, result, input.options.fit.confidence)) {
+    shown.figures.push_back({figure.name, figure.caption, figure.draw});
   }
   return shown;
 }

@@ -26,8 +26,10 @@ const std::vector<Source>& sources() {
                                            {"plaskos2006", reproduce_plaskos2006},
                                            {"plaskos2006", reproduce_plaskos2006_robot},
                                            {"plaskos2006", reproduce_plaskos2006_accuracy},
+                                           {"plaskos2006", reproduce_plaskos2006_identification},
                                            {"sugita2009", reproduce_sugita2009},
-                                           {"tian2023", reproduce_tian2023}};
+                                           {"tian2023", reproduce_tian2023},
+                                           {"tian2023", reproduce_tian2023_identification}};
   return list;
 }
 

@@ -30,6 +30,10 @@ void reproduce_plaskos2006(std::vector<Reproduced>& list);
 void reproduce_plaskos2002(std::vector<Reproduced>& list);
 void reproduce_tian2023(std::vector<Reproduced>& list);
 
+/// Identification from their measured means.
+void reproduce_plaskos2006_identification(std::vector<Reproduced>& list);
+void reproduce_tian2023_identification(std::vector<Reproduced>& list);
+
 /// The cutting studies of [plaskos2002] chapters 2 and 3.
 void reproduce_cutting_study(std::vector<Reproduced>& list);
 /// Robot and calibration: chapters 4 and 5.

@@ -11,9 +11,9 @@
 #include "osteomill/cutting/flutes.hpp"
 #include "osteomill/cutting/prediction.hpp"
 #include "osteomill/io/case_file.hpp"
-#include "osteomill/io/csv_file.hpp"
 #include "osteomill/io/force_case.hpp"
 #include "reproduce.hpp"
+#include "reproduce_rows.hpp"
 
 namespace osteomill::cli {
 namespace {
@@ -39,43 +39,7 @@ double peak(const io::ForceCase& one) {
   return cutting::predict(one.cutter, one.bone.law, one.condition, one.immersion).peak_resultant;
 }
 
-struct Row {
-  std::string tool, kind;
-  double depth = 0.0, feed_rate = 0.0, feed_per_tooth = 0.0;  // as printed: mm, mm/min, mm
-  Vector3 force;
-};
-
-std::vector<Row> read_rows(const std::string& name) {
-  const io::CsvFile table = io::read_csv(reproduce_directory() / name);
-  std::vector<Row> rows;
-  for (const io::CsvFile::Row& line : table.rows) {
-    Row row;
-    for (std::size_t i = 0; i < table.columns.size(); ++i) {
-      const std::string& column = table.columns[i];
-      const std::string& cell = line.cells[i];
-      if (column == "tool") row.tool = cell;
-      if (column == "kind") row.kind = cell;
-      if (column == "axial_depth_mm") row.depth = std::stod(cell);
-      if (column == "feed_rate_mm_per_min") row.feed_rate = std::stod(cell);
-      if (column == "feed_per_tooth_mm") row.feed_per_tooth = std::stod(cell);
-      if (column == "mean_force_x_n") row.force.x() = std::stod(cell);
-      if (column == "mean_force_y_n") row.force.y() = std::stod(cell);
-      if (column == "mean_force_z_n") row.force.z() = std::stod(cell);
-    }
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-Vector3 rms(const std::vector<Vector3>& values) {
-  Vector3 sum = Vector3::Zero();
-  for (const Vector3& value : values) sum += value.cwiseAbs2();
-  return (sum / static_cast<double>(values.size())).cwiseSqrt();
-}
-
-std::string three(const Vector3& v, int digits = 2) {
-  return fmt::format("{:.{}f} / {:.{}f} / {:.{}f}", v.x(), digits, v.y(), digits, v.z(), digits);
-}
+using Row = MeanRow;
 
 /// A block of a table of means: rows of one tool and kind, our means of the same feeds.
 struct Block {
@@ -106,8 +70,8 @@ Reproduced predicted_block(const std::string& entry, const Block& block, const c
 }
 
 void tables(std::vector<Reproduced>& list) {
-  const auto half = read_rows("plaskos2006/table_3_4.csv");
-  const auto slot = read_rows("plaskos2006/table_3_5.csv");
+  const auto half = read_mean_rows("plaskos2006/table_3_4.csv");
+  const auto slot = read_mean_rows("plaskos2006/table_3_5.csv");
   const char* const fitted = "the law was reconstructed from these rows";
   struct Part {
     const char* entry;
@@ -175,7 +139,7 @@ void trends(std::vector<Reproduced>& list) {
                                       100.0 * (plateau - 1.0), 100.0 * (normal - 1.0)),
                   .pass = plateau < 1.10 && normal > 1.25});
 
-  const auto rows = read_rows("plaskos2006/table_3_5.csv");
+  const auto rows = read_mean_rows("plaskos2006/table_3_5.csv");
   const Block two = block(rows, "b", "predicted", "plaskos2006/table_3_5_tool_b.toml");
   const Block four = block(rows, "c", "predicted", "plaskos2006/table_3_5_tool_c.toml");
   bool larger = true;
@@ -415,7 +379,7 @@ void reproduce_tian2023(std::vector<Reproduced>& list) {
        .reason = "the radial one does not follow from eq. 17; -159.14 in place of "
                  "-195.24 would give 380.12: two digits swapped in one of the places"});
 
-  const auto rows = read_rows("tian2023/table_1.csv");
+  const auto rows = read_mean_rows("tian2023/table_1.csv");
   double flutes = 0.0;
   for (const Row& row : rows) {
     flutes += row.feed_rate / (5000.0 * row.feed_per_tooth) / static_cast<double>(rows.size());

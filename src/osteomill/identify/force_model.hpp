@@ -27,6 +27,8 @@ struct ForceModel {
   int edge_order = 0;        ///< polynomial: of the edge forces in kappa; -1: none, linear as well
   bool edge_force = false;   ///< power: with the constant F_e
   bool directional = false;  ///< power and log: one law along the fibres, one across (Hankinson)
+
+  bool operator==(const ForceModel&) const = default;
 };
 
 /// "linear", "shear order 3, edge order 0", "edge order 2 without shear", "log", "power with edge

@@ -48,7 +48,7 @@ void say_ranking(const MeanForceIdentification& result, RankBy rank_by, Verdict&
   verdict.push_back(text + ".");
 }
 
-void say_coefficients(const Candidate& candidate, const char* of, Verdict& verdict) {
+void say_coefficients(const Candidate& candidate, const std::string& of, Verdict& verdict) {
   const MeanForceFit& fit = *candidate.fit;
   std::vector<std::string> loose, held;
   for (const Coefficient& one : fit.coefficients) {
@@ -145,7 +145,14 @@ void say_suggestions(const std::vector<SuggestedExperiment>& suggested, const Me
                      Verdict& verdict) {
   if (suggested.empty()) return;
   std::vector<std::string> cuts;
-  for (const SuggestedExperiment& one : suggested) cuts.push_back(describe_cut(one.experiment));
+  for (const SuggestedExperiment& one : suggested) {
+    const std::string text = describe_cut(one.experiment);
+    if (!cuts.empty() && cuts.back().starts_with(text)) {
+      cuts.back() = text + ", more than once";
+    } else {
+      cuts.push_back(text);
+    }
+  }
   const SuggestedExperiment& last = suggested.back();
   const auto one = std::find_if(fit.coefficients.begin(), fit.coefficients.end(),
                                 [&](const Coefficient& c) { return c.name == last.coefficient; });
@@ -156,6 +163,58 @@ void say_suggestions(const std::vector<SuggestedExperiment>& suggested, const Me
       fmt::join(cuts, "; "), last.coefficient, last.standard_error / factor,
       last.standard_error_after / factor,
       one->dimension == Dimension::number ? "" : unit_of(one->dimension)));
+}
+
+/// What was cut; the law says nothing beyond.
+void say_range(const std::vector<Experiment>& experiments, Verdict& verdict) {
+  const cutting::ChipRange chips = chip_range(experiments);
+  double low = 1e300, high = 0.0;
+  bool slots = true;
+  for (const Experiment& one : experiments) {
+    low = std::min(low, one.immersion.axial_depth);
+    high = std::max(high, one.immersion.axial_depth);
+    slots = slots && one.immersion.kind == cutting::ImmersionKind::slot;
+  }
+  const auto range = [](double from, double to) {
+    return to > from * (1.0 + 1e-9) ? fmt::format("{:.3g} ... {:.3g}", from, to)
+                                    : fmt::format("{:.3g}", to);
+  };
+  verdict.push_back(fmt::format(
+      "Cut were {} mm of depth with largest chips of {} um{}: anything else is an extrapolation, "
+      "and cross-validation has not tested it.",
+      range(low / units::mm, high / units::mm),
+      range(chips.low / units::um, chips.high / units::um), slots ? ", slots only" : ""));
+}
+
+/// The reference of the options, or the published cubic where it took part.
+std::optional<Candidate> reference_of(const std::vector<Experiment>& experiments,
+                                      const MeanForceIdentification& result,
+                                      const SelectionOptions& options) {
+  const ForceModel wanted = options.reference.value_or(
+      ForceModel{.form = LawForm::polynomial, .shear_order = 3, .edge_order = 0});
+  for (const Candidate& one : result.candidates) {
+    if (one.model == wanted && !one.chosen) return one;
+  }
+  if (!options.reference || result.best().model == wanted) return {};
+  SelectionOptions alone = options;
+  alone.rank_by = RankBy::leave_one_out;
+  return rank_models(experiments, {wanted}, alone).front();
+}
+
+void say_reference(const Candidate& reference, const Candidate& chosen, Verdict& verdict) {
+  if (!reference.fit) {
+    verdict.push_back(
+        fmt::format("\"{}\" could not be fitted: {}.", reference.name, reference.not_ranked));
+    return;
+  }
+  if (reference.leave_one->complete) {
+    verdict.push_back(
+        fmt::format("\"{}\" predicts cuts that it has not seen to {:.3g} N rms "
+                    "where it fits them to {:.3g} N; the choice has {:.3g} and {:.3g} N.",
+                    reference.name, reference.leave_one->rms, reference.fit->residual_rms_all,
+                    chosen.leave_one->rms, chosen.fit->residual_rms_all));
+  }
+  say_coefficients(reference, fmt::format(" of \"{}\"", reference.name), verdict);
 }
 
 void say_axes(const AxesCheck& axes, std::vector<std::string>& warnings) {
@@ -189,6 +248,9 @@ MeanForceIdentification identify_mean_forces(const std::vector<Experiment>& expe
   say_signs(fit, largest_kappa(experiments), result.verdict);
   say_influence(experiments, fit, result.verdict);
   say_suggestions(result.suggested, fit, result.verdict);
+  say_range(experiments, result.verdict);
+  result.reference = reference_of(experiments, result, options);
+  if (result.reference) say_reference(*result.reference, result.best(), result.verdict);
   say_axes(result.axes, result.warnings);
   return result;
 }

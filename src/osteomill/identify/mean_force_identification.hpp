@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,10 @@ namespace osteomill::identify {
 
 /// All that mean forces say: the models compared, the one that is chosen, and a verdict in words.
 struct MeanForceIdentification {
-  std::vector<Candidate> candidates;  ///< in the order of rank_models
-  std::size_t chosen = 0;             ///< index among them
+  std::vector<Candidate> candidates;   ///< in the order of rank_models
+  std::size_t chosen = 0;              ///< index among them
+  std::optional<Candidate> reference;  ///< the one of the options; otherwise, when it was tried and
+                                       ///< not chosen, the cubic of [tian2023]
   AxesCheck axes;
   std::vector<SuggestedExperiment> suggested;
   /// What the data determine and what not, which cuts stand out, which would help; a sentence each.

@@ -33,6 +33,8 @@ struct SelectionOptions {
   RankBy rank_by = RankBy::leave_one_out;
   int largest_shear_order = 3;  ///< of the models that "auto" tries on rounded cutters
   int largest_edge_order = 3;
+  /// A model that is judged in words beside the chosen one, ranked or not.
+  std::optional<ForceModel> reference = {};
 };
 
 /// The models that are worth trying on these experiments: on cutters whose kappa varies

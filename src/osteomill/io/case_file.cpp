@@ -95,7 +95,13 @@ void apply(ValueTree& tree, const Override& change) {
   tree.places[change.path] = "--set";
 }
 
-void resolve_catalogue(ValueTree& tree, std::vector<Fault>& faults) {
+/// `use` names an entry of the catalogue, or a file of one beside the case: "bone.toml".
+ValueTree entry_of(const std::string& kind, const std::string& use, const fs::path& directory) {
+  if (!use.ends_with(".toml")) return catalogue_entry(kind, use);
+  return parse_toml(read_text_file(directory / use), use);
+}
+
+void resolve_catalogue(ValueTree& tree, const fs::path& directory, std::vector<Fault>& faults) {
   static const std::vector<std::pair<std::string, std::string>> kinds = {
       {"cutter", "cutters"}, {"bone", "bones"}, {"implant", "implants"}, {"robot", "robots"}};
   for (const auto& [table, kind] : kinds) {
@@ -108,7 +114,7 @@ void resolve_catalogue(ValueTree& tree, std::vector<Fault>& faults) {
       continue;
     }
     try {
-      const ValueTree entry = catalogue_entry(kind, (*found)["use"].get<std::string>());
+      const ValueTree entry = entry_of(kind, (*found)["use"].get<std::string>(), directory);
       ValueTree merged;
       merged.values[table] = entry.values;
       for (const auto& [key, where] : entry.places) merged.places[join(table, key)] = where;
@@ -206,7 +212,7 @@ std::vector<CaseRun> read_case(const fs::path& file, const std::vector<std::stri
   } else {
     runs.push_back({"run", tree, directory});
   }
-  for (CaseRun& run : runs) resolve_catalogue(run.tree, faults);
+  for (CaseRun& run : runs) resolve_catalogue(run.tree, run.directory, faults);
   if (!faults.empty()) throw InvalidInput(faults);
   return runs;
 }

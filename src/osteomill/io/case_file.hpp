@@ -21,7 +21,7 @@ struct CaseRun {
 ///  2. each [[run]] (its `name`, its other tables) is merged over the rest, one CaseRun a [[run]];
 ///     overrides win over it;
 ///  3. where a table cutter, bone, implant or robot has `use = "name"`, the catalogue entry is
-///  merged under it.
+///  merged under it; `use = "file.toml"` takes an entry from a file, relative to the case.
 /// Throws InvalidInput with all that is wrong so far: syntax, overrides, run names, unknown
 /// entries.
 std::vector<CaseRun> read_case(const std::filesystem::path& file,

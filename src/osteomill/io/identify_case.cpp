@@ -118,6 +118,13 @@ void bind_model(Section& section, Keys& keys) {
           bind_model_keys(one, keys.compare.emplace_back());
           check_model(one, keys.compare.back());
         });
+        s.table("reference", "a law that is judged beside the chosen one", kOptional,
+                [&](Section& one) {
+                  ModelKeys reference;
+                  bind_model_keys(one, reference);
+                  check_model(one, reference);
+                  keys.options.reference = model_of(reference);
+                });
         s.integer("largest_shear_order", keys.options.largest_shear_order, between(-1, 6),
                   "auto: highest order of the pressures that is tried", kOptional);
         s.integer("largest_edge_order", keys.options.largest_edge_order, between(-1, 6),

@@ -203,6 +203,10 @@ Json identify_document(const IdentifyCase& input, const MeanForceIdentification&
   }
   Json& candidates = document["candidates"] = Json::array();
   for (const Candidate& one : result.candidates) candidates.push_back(candidate_json(one));
+  if (result.reference && result.reference->fit) {
+    document["reference"] = candidate_json(*result.reference);
+    document["reference"]["coefficients"] = coefficients_json(*result.reference->fit);
+  }
   document["experiments"] = experiments_json(input.experiments, fit);
   Json suggested = Json::array();
   for (const SuggestedExperiment& one : result.suggested) {
