@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <utility>
 
 #include "command.hpp"
 #include "osteomill/base/error.hpp"
@@ -61,7 +62,8 @@ Rows test_rows(const study::StudyReport& report,
 
 Rows variability_rows(const study::StudyReport& report) {
   Rows rows = {{"variability", "response", "group", "cuts", "SD", "95 % interval", "df",
-                fmt::format("SD of {} cuts", report.design.cuts_per_alignment)}};
+                fmt::format("SD of {} cuts", report.design.cuts_per_alignment), "without normality",
+                "held"}};
   rows[0][5] = fmt::format("{:g} % interval", 100.0 * report.design.confidence);
   for (const study::VariabilityRecord& v : report.variability) {
     if (v.factor.starts_with(report.design.subject + " × ")) continue;  // in JSON and the report
@@ -69,7 +71,11 @@ Rows variability_rows(const study::StudyReport& report) {
         {v.factor, v.response, v.group, fmt::format("{}", v.count), fmt::format("{:.3g}", v.sd),
          fmt::format("{:.3g} ... {:.3g}", v.interval.low, v.interval.high),
          fmt::format("{:g}", v.degrees_of_freedom),
-         study::unit_of(v.response) == "deg" ? fmt::format("{:.3g}", v.combined_sd) : ""});
+         study::unit_of(v.response) == "deg" ? fmt::format("{:.3g}", v.combined_sd) : "",
+         v.bootstrap_interval ? fmt::format("{:.3g} ... {:.3g}", v.bootstrap_interval->low,
+                                            v.bootstrap_interval->high)
+                              : "",
+         v.bootstrap_interval ? io::coverage_words(v.bootstrap_coverage) : ""});
   }
   return rows;
 }
@@ -187,13 +193,23 @@ void write_directory(const Arguments& arguments, const study::StudyReport& repor
   output.commit();
 }
 
-void run(const Arguments& arguments) {
-  if (arguments.table.empty()) {
-    throw InvalidInput(Fault{"table", "", "is missing", "osteomill study CUTS.csv"});
-  }
+/// A design or the run.json of a run may stand in the table's place: they name their table.
+bool is_design(const std::filesystem::path& file) {
+  return file.extension() == ".json" || file.extension() == ".toml";
+}
+
+void run(Arguments arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  const study::Table table = io::read_study_table(arguments.table);
+  if (arguments.design.empty() && is_design(arguments.table)) {
+    arguments.design = std::exchange(arguments.table, {});
+  }
   const io::StudyDesign design = io::read_study_design(arguments.design, arguments.overrides);
+  if (arguments.table.empty()) arguments.table = design.table;
+  if (arguments.table.empty()) {
+    throw InvalidInput(Fault{"table", "", "is missing",
+                             "osteomill study CUTS.csv, or table = \"CUTS.csv\" in the design"});
+  }
+  const study::Table table = io::read_study_table(arguments.table);
   const study::StudyReport report = study::analyse_study(table, design.design, console_progress());
   if (interrupted()) throw Interrupted();
   warn_of(report);
@@ -295,7 +311,8 @@ void plan(const Arguments& arguments) {
 void add_study(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("study", "statistics of cutting errors");
-  command->add_option("table", arguments->table, "the cuts, a CSV file with one row a cut");
+  command->add_option("table", arguments->table,
+                      "the cuts, a CSV file with one row a cut; or the run.json of a run");
   command->add_option("--design", arguments->design, "what the columns are, a TOML file");
   command->add_option("--set", arguments->overrides, "replace a key of the design: key=value")
       ->allow_extra_args(false);

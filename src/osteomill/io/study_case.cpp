@@ -16,12 +16,14 @@ struct DesignCase {
   study::Design design;
   int seed = 1;
   std::optional<double> measurement_varus, measurement_flexion;
+  std::filesystem::path table;
 };
 
 void bind_design(Section& s, DesignCase& c) {
   using study::SumOfSquares;
   study::Design& d = c.design;
   const Need optional = Need::optional;
+  s.file("table", c.table, "the cuts, a CSV file; the command line may name it instead", optional);
   s.texts("between", d.between, "factors that differ between subjects", optional);
   s.texts("within", d.within, "factors that every subject meets at each level", optional);
   s.text("subject", d.subject, "column of who or what was measured again", optional);
@@ -134,6 +136,7 @@ StudyDesign read_study_design(const std::filesystem::path& file,
   if (c.measurement_flexion) {
     c.design.measurement_sd["flexion_extension_deg"] = *c.measurement_flexion;
   }
+  result.table = std::move(c.table);
   result.design = std::move(c.design);
   return result;
 }

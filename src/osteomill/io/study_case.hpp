@@ -22,6 +22,7 @@ void bind_study_plan(Section& section);
 
 struct StudyDesign {
   study::Design design;
+  std::filesystem::path table;  ///< empty where the design names none
   nlohmann::ordered_json expanded;
 };
 /// From design.toml (empty path: defaults) with overrides "key=value".

@@ -55,6 +55,9 @@ Json variability_json(const VariabilityRecord& v, const std::string& ci) {
                {key("alignment_sd"), v.combined_sd},
                {key("alignment_" + ci), pair(v.combined_interval)}};
   json[key("bootstrap_" + ci)] = or_null(v.bootstrap_interval);
+  json["bootstrap_measured_coverage"] =
+      v.bootstrap_coverage ? Json{v.bootstrap_coverage->low, v.bootstrap_coverage->high}
+                           : Json(nullptr);
   return json;
 }
 

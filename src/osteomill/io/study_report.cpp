@@ -56,24 +56,29 @@ ReportTable tests_table(const StudyReport& report, bool pairs) {
 ReportTable variability_table(const StudyReport& report) {
   ReportTable table;
   const std::string interval = fmt::format("{:g} % interval", 100.0 * report.design.confidence);
-  table.caption = "Cut to cut: residuals about the exclusive means of each operator and condition.";
+  table.caption =
+      "Cut to cut: residuals about the exclusive means of each operator and condition. The first "
+      "interval is exact for normal errors; the second does not suppose them, and what it held is "
+      "how often it did so in simulated studies of as many cuts, over twelve shapes of errors.";
   table.columns = {{.name = "response"},
                    {.name = "by"},
                    {.name = "group"},
                    {.name = "cuts", .digits = 0},
                    {.name = "SD", .digits = 3, .bars = false},
-                   {.name = interval},
+                   {.name = interval, .about = "of normal errors"},
                    {.name = "df", .digits = 0},
                    {.name = fmt::format("SD of {} cuts", report.design.cuts_per_alignment),
                     .digits = 2,
                     .about = "of an alignment that rests on so many cuts"},
-                   {.name = "bootstrap interval", .about = "where residuals are not normal"}};
+                   {.name = "without normality"},
+                   {.name = "held", .about = "the truth, in simulations"}};
   for (const VariabilityRecord& v : report.variability) {
     const bool angle = unit_of(v.response) == "deg";
     table.rows.push_back(
         {in_words(v.response), v.factor, v.group, 1.0 * v.count, v.sd, range(v.interval),
          v.degrees_of_freedom, angle ? ReportCell(v.combined_sd) : ReportCell(),
-         v.bootstrap_interval ? ReportCell(range(*v.bootstrap_interval)) : ReportCell()});
+         v.bootstrap_interval ? ReportCell(range(*v.bootstrap_interval)) : ReportCell(),
+         v.bootstrap_interval ? ReportCell(coverage_words(v.bootstrap_coverage)) : ReportCell()});
   }
   return table;
 }
@@ -186,6 +191,16 @@ const VariabilityRecord* variability_of(const StudyReport& report, const std::st
   return nullptr;
 }
 
+/// The interval to read: that without normality where the residuals are not normal.
+Interval interval_of(const StudyReport& report, const VariabilityRecord& v) {
+  for (const AssumptionRecord& a : report.assumptions) {
+    if (a.response == v.response && a.name.starts_with("normal residuals") && !a.holds) {
+      return v.bootstrap_interval.value_or(v.interval);
+    }
+  }
+  return v.interval;
+}
+
 }  // namespace
 
 std::string in_words(const std::string& column) {
@@ -211,6 +226,11 @@ std::string p_words(double p) {
   return p < 1e-4 ? std::string("p < 0.0001") : fmt::format("p = {:.4f}", p);
 }
 
+std::string coverage_words(const std::optional<CoverageRange>& coverage) {
+  if (!coverage) return "not measured";
+  return fmt::format("{:.0f}–{:.0f} %", 100.0 * coverage->low, 100.0 * coverage->high);
+}
+
 std::vector<std::string> study_sentences(const StudyReport& report) {
   std::vector<std::string> sentences;
   for (const std::string& response : report.design.responses) {
@@ -228,8 +248,8 @@ std::vector<std::string> study_sentences(const StudyReport& report) {
       if (!va || !vb) continue;
       sentences.push_back(fmt::format("{}, {}: SD {:.2g}{} ({}) {} against {:.2g}{} ({}) {}, {}.",
                                       in_words(response), t.term.substr(0, colon), va->sd, unit,
-                                      range(va->interval), a, vb->sd, unit, range(vb->interval), b,
-                                      p_words(t.p)));
+                                      range(interval_of(report, *va)), a, vb->sd, unit,
+                                      range(interval_of(report, *vb)), b, p_words(t.p)));
     }
     for (const TestRecord& t : report.tests) {
       if (t.response != response || t.estimate || t.statistic_name != "F" ||
@@ -256,10 +276,11 @@ ReportData study_page(const StudyReport& report, const std::string& name) {
   for (const std::string& response : report.design.responses) {
     const VariabilityRecord* all = variability_of(report, response, "all");
     if (!all || page.highlights.size() >= 4) continue;
-    page.highlights.push_back({fmt::format("{:.3g}", all->sd), unit_in_words(unit_of(response)),
-                               "SD of " + in_words(response),
-                               fmt::format("{} from {:g} degrees of freedom", range(all->interval),
-                                           all->degrees_of_freedom)});
+    page.highlights.push_back(
+        {fmt::format("{:.3g}", all->sd), unit_in_words(unit_of(response)),
+         "SD of " + in_words(response),
+         fmt::format("{} from {:g} degrees of freedom", range(interval_of(report, *all)),
+                     all->degrees_of_freedom)});
   }
   for (const AssumptionRecord& a : report.assumptions) {
     if (a.holds) continue;

@@ -23,4 +23,8 @@ std::string unit_in_words(const std::string& unit);
 /// "p = 0.013", "p < 0.0001".
 std::string p_words(double p);
 
+/// "92–98 %": how often an interval held the truth in simulations; "not measured" where none were
+/// made.
+std::string coverage_words(const std::optional<study::CoverageRange>& coverage);
+
 }  // namespace osteomill::io

@@ -328,7 +328,7 @@ StudyReport analyse_study(Table table, const Design& given, const Progress& prog
       report_regressions(with_covariates, report);
     }
     report_contributions(slice, with_covariates, report);
-    report_groups(slice, normal.value_or(true), report);
+    report_groups(slice, report);
     report_forecasts(slice, report);
     report_comparisons(slice, report);
   }

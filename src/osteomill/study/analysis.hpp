@@ -11,6 +11,7 @@
 #include "osteomill/study/anova.hpp"
 #include "osteomill/study/forecast.hpp"
 #include "osteomill/study/intervals.hpp"
+#include "osteomill/study/measured_coverage.hpp"
 #include "osteomill/study/mixed_model.hpp"
 #include "osteomill/study/table.hpp"
 
@@ -81,12 +82,15 @@ struct VariabilityRecord {
   std::string factor;  ///< "all", "technique", "operator", "group × technique"
   std::string group;
   int count = 0;
-  double sd = 0.0;  ///< residuals about exclusive means
-  Interval interval;
+  double sd = 0.0;    ///< residuals about exclusive means
+  Interval interval;  ///< chi-squared: of normal errors
   double degrees_of_freedom = 0.0;
   double combined_sd = 0.0;  ///< of an alignment of several cuts
   Interval combined_interval;
-  std::optional<Interval> bootstrap_interval;  ///< when the residuals are not normal
+  /// Without normality. It is given whether or not the residuals look normal: chosen by that test,
+  /// the two together would hold the truth too seldom where few cuts hide long tails.
+  std::optional<Interval> bootstrap_interval;
+  std::optional<CoverageRange> bootstrap_coverage;  ///< as measured for so many cuts
 };
 
 /// What the population of such cuts will do, operators included.

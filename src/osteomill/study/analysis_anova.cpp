@@ -294,7 +294,13 @@ void report_covariance(const Slice& slice, StudyReport& report) {
     const Ancova ancova =
         analyse_covariance(slice.y, slice.factors(), slice.covariates, report.design.sum_of_squares,
                            report.design.confidence);
-    add_rows("ANCOVA", slice, ancova.anova.rows, report);
+    // Where operators repeat, cuts are not independent: the mixed model has the tests and the
+    // means.
+    std::vector<AdjustedMean> means = adjusted_means_with_subjects(slice, report.design.confidence);
+    if (means.empty()) {
+      means = ancova.adjusted_means;
+      add_rows("ANCOVA", slice, ancova.anova.rows, report);
+    }
     add_rows("ANCOVA, equal slopes", slice, ancova.slopes, report);
     add_aliased(slice, ancova.anova, report);
     for (const AnovaRow& row : ancova.slopes) {
@@ -305,8 +311,8 @@ void report_covariance(const Slice& slice, StudyReport& report) {
                  : "the groups differ by another amount at each value of the covariate: the ANCOVA "
                    "and its adjusted means do not answer the question; read the regressions"});
     }
-    for (const AdjustedMean& adjusted : ancova.adjusted_means) {
-      report.adjusted_means.push_back({slice.response, adjusted});
+    for (AdjustedMean& adjusted : means) {
+      report.adjusted_means.push_back({slice.response, std::move(adjusted)});
     }
   } catch (const InvalidInput& error) {
     report.findings.push_back(

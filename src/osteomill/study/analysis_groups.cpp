@@ -8,6 +8,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/numerics/distributions.hpp"
 #include "osteomill/study/diagnostics.hpp"
+#include "osteomill/study/measured_coverage.hpp"
 #include "osteomill/study/slice.hpp"
 
 namespace osteomill::study {
@@ -163,7 +164,7 @@ void compare_inside(const Slice& slice, const Factor& factor, int a, int b, Fami
 
 }  // namespace
 
-void report_groups(const Slice& slice, bool normal, StudyReport& report) {
+void report_groups(const Slice& slice, StudyReport& report) {
   const double confidence = report.design.confidence;
   const int cuts = report.design.cuts_per_alignment;
   for (const Factor& factor : with_subject(slice)) {
@@ -186,11 +187,13 @@ void report_groups(const Slice& slice, bool normal, StudyReport& report) {
                           .degrees_of_freedom = pooled.degrees_of_freedom,
                           .combined_sd = combined_sd(pooled.sd, cuts),
                           .combined_interval = {},
-                          .bootstrap_interval = {}};
+                          .bootstrap_interval = {},
+                          .bootstrap_coverage = {}};
       v.combined_interval = scaled(v.interval, combined_sd(1.0, cuts));
-      if (!normal && pooled.degrees_of_freedom >= 5.0 && pooled.sd > 0.0) {
+      if (pooled.degrees_of_freedom >= 5.0 && pooled.sd > 0.0) {
         v.bootstrap_interval = bootstrap_sd_interval(y, part.cell.level, report.design.seed,
                                                      report.design.bootstrap_draws, confidence);
+        v.bootstrap_coverage = coverage_without_normality(pooled.count);
       }
       report.variability.push_back(std::move(v));
     }
@@ -283,16 +286,26 @@ void report_regressions(const Slice& slice, StudyReport& report) {
                            .y = {part.y.begin(), part.y.end()}};
         const double variance = (y - r.slope * x).squaredNorm() / (n - 2.0);
         const double t = numerics::student_t_quantile(0.5 + 0.5 * confidence, n - 2.0);
+        // With operators' own biases the cuts are not independent: line and intervals come from the
+        // model with operators at random; r² and its interval stay those of the plain correlation.
+        const std::optional<RandomLine> random = line_with_subjects(part, covariate, confidence);
         const double slope_error = std::sqrt(variance / sxx);
         const double intercept_error =
             std::sqrt(variance * (1.0 / n + covariate.value.mean() * covariate.value.mean() / sxx));
         r.slope_interval = {r.slope - t * slope_error, r.slope + t * slope_error};
         r.intercept_interval = {r.intercept - t * intercept_error,
                                 r.intercept + t * intercept_error};
+        if (random) {
+          r.slope = random->slope.value;
+          r.intercept = random->intercept.value;
+          r.slope_interval = random->slope.interval;
+          r.intercept_interval = random->intercept.interval;
+          r.p = random->slope.p;
+        }
         if (slope_error > 0.0) {
-          r.p = numerics::student_t_two_sided_p(r.slope / slope_error, n - 2.0);
-          r.r_squared_interval = r_squared_interval(std::copysign(std::sqrt(r.r_squared), r.slope),
-                                                    r.count, confidence);
+          if (!random) r.p = numerics::student_t_two_sided_p(r.slope / slope_error, n - 2.0);
+          r.r_squared_interval =
+              r_squared_interval(std::copysign(std::sqrt(r.r_squared), sxy), r.count, confidence);
         }
         report.regressions.push_back(std::move(r));
       }

@@ -97,7 +97,53 @@ MixedModelData model_data(const Slice& slice, const FixedColumns& columns) {
   return {slice.y, columns.x, random_factors(slice)};
 }
 
+bool repeats(const Slice& slice) {
+  return slice.subject && slice.subject->levels.size() >= 2 && slice.y.size() >= 6 &&
+         !random_factors(slice).empty();
+}
+
 }  // namespace
+
+std::optional<RandomLine> line_with_subjects(const Slice& slice, const Covariate& covariate,
+                                             double confidence) {
+  if (!repeats(slice)) return {};
+  MixedModelData data{slice.y, Eigen::MatrixXd::Ones(slice.y.size(), 2), random_factors(slice)};
+  data.x.col(1) = covariate.value;
+  if (rank_of(data.x) < 2) return {};
+  const MixedModel fit = fit_mixed_model(data, {.intervals = false});
+  if (!fit.converged) return {};
+  return RandomLine{estimate_contrast(data, fit, Eigen::RowVector2d(1.0, 0.0), confidence),
+                    estimate_contrast(data, fit, Eigen::RowVector2d(0.0, 1.0), confidence)};
+}
+
+std::vector<AdjustedMean> adjusted_means_with_subjects(const Slice& slice, double confidence) {
+  std::vector<AdjustedMean> means;
+  if (!repeats(slice) || slice.factors().empty()) return means;
+  const Factor cell = combined(slice.factors(), static_cast<int>(slice.y.size()));
+  const auto cells = static_cast<Eigen::Index>(cell.levels.size());
+  MixedModelData data{slice.y,
+                      Eigen::MatrixXd::Zero(slice.y.size(), cells + static_cast<Eigen::Index>(
+                                                                        slice.covariates.size())),
+                      random_factors(slice)};
+  for (Eigen::Index i = 0; i < slice.y.size(); ++i) {
+    data.x(i, cell.level[static_cast<size_t>(i)]) = 1.0;
+  }
+  for (size_t c = 0; c < slice.covariates.size(); ++c) {
+    const Eigen::VectorXd& x = slice.covariates[c].value;
+    data.x.col(cells + static_cast<Eigen::Index>(c)) = x.array() - x.mean();
+  }
+  if (data.x.cols() + 1 >= slice.y.size() || rank_of(data.x) < data.x.cols()) return means;
+  const MixedModel fit = fit_mixed_model(data, {.intervals = false});
+  if (!fit.converged) return means;
+  for (Eigen::Index k = 0; k < cells; ++k) {
+    Eigen::RowVectorXd contrast = Eigen::RowVectorXd::Zero(data.x.cols());
+    contrast(k) = 1.0;
+    const MixedModelEstimate e = estimate_contrast(data, fit, contrast, confidence);
+    means.push_back({cell.levels[static_cast<size_t>(k)], e.value, e.standard_error, e.interval,
+                     static_cast<int>(std::count(cell.level.begin(), cell.level.end(), k))});
+  }
+  return means;
+}
 
 void report_mixed_model(const Slice& slice, StudyReport& report) {
   if (!slice.subject || slice.subject->levels.size() < 2 || slice.y.size() < 6) return;

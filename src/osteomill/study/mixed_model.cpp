@@ -284,6 +284,41 @@ std::vector<double> standard_deviations(const MixedModel& fit) {
   return sd;
 }
 
+/// Degrees of freedom of single contrasts, from how their variance changes with the components.
+class Satterthwaite {
+ public:
+  Satterthwaite(const MixedModelData& data, const MixedModel& fit) {
+    const Reml reml(data);
+    const std::vector<double> sd = standard_deviations(fit);
+    std::vector<size_t> free;
+    covariance_ = variance_covariance(reml, sd, free);
+    constexpr double h = 1e-4;
+    for (const size_t k : free) {
+      std::vector<double> up = sd, down = sd;
+      up[k] *= std::sqrt(1.0 + h);
+      down[k] *= std::sqrt(1.0 - h);
+      gradient_.push_back((reml.beta_covariance(up) - reml.beta_covariance(down)) /
+                          (2.0 * h * sd[k] * sd[k]));
+    }
+    most_ = reml.degrees_of_freedom();
+  }
+
+  double degrees_of_freedom(const Eigen::RowVectorXd& contrast, double variance) const {
+    Eigen::VectorXd g(static_cast<Eigen::Index>(gradient_.size()));
+    for (Eigen::Index k = 0; k < g.size(); ++k) {
+      g(k) = contrast * gradient_[static_cast<size_t>(k)] * contrast.transpose();
+    }
+    return 2.0 * variance * variance / (g.transpose() * covariance_ * g).value();
+  }
+
+  double most() const { return most_; }
+
+ private:
+  Eigen::MatrixXd covariance_;             ///< of the variances
+  std::vector<Eigen::MatrixXd> gradient_;  ///< of the coefficients' covariance, by variance
+  double most_ = 0.0;
+};
+
 }  // namespace
 
 MixedModel fit_mixed_model(const MixedModelData& data, const MixedModelOptions& options) {
@@ -336,23 +371,11 @@ MixedModel fit_mixed_model(const MixedModelData& data, const MixedModelOptions& 
 
 MixedModelTest test_fixed_effect(const MixedModelData& data, const MixedModel& fit,
                                  const Eigen::MatrixXd& contrast) {
-  const Reml reml(data);
-  const std::vector<double> sd = standard_deviations(fit);
-  std::vector<size_t> free;
-  const Eigen::MatrixXd covariance = variance_covariance(reml, sd, free);
+  const Satterthwaite satterthwaite(data, fit);
   // Independent single contrasts, by the eigenvectors of the tested covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(contrast * fit.beta_covariance *
                                                              contrast.transpose());
   const Eigen::MatrixXd rows = eigen.eigenvectors().transpose() * contrast;
-  std::vector<Eigen::MatrixXd> gradient;  // of the coefficients' covariance, by variance
-  constexpr double h = 1e-4;
-  for (const size_t k : free) {
-    std::vector<double> up = sd, down = sd;
-    up[k] *= std::sqrt(1.0 + h);
-    down[k] *= std::sqrt(1.0 - h);
-    gradient.push_back((reml.beta_covariance(up) - reml.beta_covariance(down)) /
-                       (2.0 * h * sd[k] * sd[k]));
-  }
   MixedModelTest test;
   test.df1 = static_cast<double>(contrast.rows());
   double expected = 0.0;  // sum of the means of the squared t's
@@ -362,11 +385,7 @@ MixedModelTest test_fixed_effect(const MixedModelData& data, const MixedModel& f
     const double variance = eigen.eigenvalues()(i);
     const double estimate = rows.row(i).dot(fit.beta);
     test.f += estimate * estimate / variance / test.df1;
-    Eigen::VectorXd g(static_cast<Eigen::Index>(gradient.size()));
-    for (Eigen::Index k = 0; k < g.size(); ++k) {
-      g(k) = rows.row(i) * gradient[k] * rows.row(i).transpose();
-    }
-    const double df = 2.0 * variance * variance / (g.transpose() * covariance * g).value();
+    const double df = satterthwaite.degrees_of_freedom(rows.row(i), variance);
     single = df;
     if (df > 2.0) {
       expected += df / (df - 2.0);
@@ -379,9 +398,27 @@ MixedModelTest test_fixed_effect(const MixedModelData& data, const MixedModel& f
   } else {
     test.df2 = finite && expected > test.df1 ? 2.0 * expected / (expected - test.df1) : 2.0;
   }
-  test.df2 = std::clamp(test.df2, 1.0, reml.degrees_of_freedom());
+  test.df2 = std::clamp(test.df2, 1.0, satterthwaite.most());
   test.p = numerics::f_upper_tail(test.f, test.df1, test.df2);
   return test;
+}
+
+MixedModelEstimate estimate_contrast(const MixedModelData& data, const MixedModel& fit,
+                                     const Eigen::RowVectorXd& contrast, double confidence) {
+  const Satterthwaite satterthwaite(data, fit);
+  const double variance = (contrast * fit.beta_covariance * contrast.transpose()).value();
+  MixedModelEstimate estimate;
+  estimate.value = contrast.dot(fit.beta);
+  estimate.standard_error = std::sqrt(variance);
+  estimate.degrees_of_freedom =
+      std::clamp(satterthwaite.degrees_of_freedom(contrast, variance), 1.0, satterthwaite.most());
+  estimate.p = numerics::student_t_two_sided_p(estimate.value / estimate.standard_error,
+                                               estimate.degrees_of_freedom);
+  const double half =
+      estimate.standard_error *
+      numerics::student_t_quantile(0.5 + 0.5 * confidence, estimate.degrees_of_freedom);
+  estimate.interval = {estimate.value - half, estimate.value + half};
+  return estimate;
 }
 
 }  // namespace osteomill::study

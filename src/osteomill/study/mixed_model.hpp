@@ -57,4 +57,15 @@ struct MixedModelTest {
 MixedModelTest test_fixed_effect(const MixedModelData& data, const MixedModel& fit,
                                  const Eigen::MatrixXd& contrast);
 
+/// l b of one contrast with its interval, Student's t on Satterthwaite's degrees of freedom.
+struct MixedModelEstimate {
+  double value = 0.0;
+  double standard_error = 0.0;
+  double degrees_of_freedom = 0.0;
+  double p = 1.0;  ///< two-sided, of l b = 0
+  Interval interval;
+};
+MixedModelEstimate estimate_contrast(const MixedModelData& data, const MixedModel& fit,
+                                     const Eigen::RowVectorXd& contrast, double confidence = 0.95);
+
 }  // namespace osteomill::study

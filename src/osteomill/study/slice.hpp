@@ -48,8 +48,17 @@ void report_mixed_model(const Slice& slice, StudyReport& report);
 void report_covariance(const Slice& slice, StudyReport& report);
 void report_contributions(const Slice& slice, const Slice& with_movement, StudyReport& report);
 
+/// Straight line and adjusted means where operators' cuts repeat: operators at random, so that an
+/// interval is that of other operators too, not of these few. Nothing where no operator repeats.
+struct RandomLine {
+  MixedModelEstimate intercept, slope;
+};
+std::optional<RandomLine> line_with_subjects(const Slice& slice, const Covariate& covariate,
+                                             double confidence);
+std::vector<AdjustedMean> adjusted_means_with_subjects(const Slice& slice, double confidence);
+
 /// Groups, pooled SDs, forecasts, two-sample tests, regressions.
-void report_groups(const Slice& slice, bool normal, StudyReport& report);
+void report_groups(const Slice& slice, StudyReport& report);
 void report_forecasts(const Slice& slice, StudyReport& report);
 void report_comparisons(const Slice& slice, StudyReport& report);
 void report_regressions(const Slice& slice, StudyReport& report);
