@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How often the intervals of a study's report hold the truth, in simulated studies: the tables of
-// docs/theory/study.md. ./run coverage [normal|sd|shapes|held-out] [REPETITIONS]
+// docs/theory/study.md.
+//   ./run coverage normal | sd | sd-held-out | shapes | shapes-held-out [STUDIES]
 #include <fmt/format.h>
 #include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -78,20 +79,25 @@ SimulatedStudy base() {
 }
 
 void normal(int repetitions) {
-  SimulatedStudy balanced = base(), unequal = base(), small = base(), large = base();
+  SimulatedStudy balanced = base();
+  balanced.operator_sd = 0.8;
+  balanced.operator_technique_sd = 0.6;
+  SimulatedStudy unequal = balanced;
   unequal.cuts = {5, 7, 3, 6, 8, 4, 4, 3, 6, 5};
-  small.operators = 4;
-  small.cuts = {4, 6, 3, 5, 4};
-  large.operators = 16;
-  large.cuts = {5, 7, 3, 6, 8, 4, 4, 3, 6, 5};
-  SimulatedStudy spread = unequal;
+  SimulatedStudy few = unequal, many = unequal, alike = unequal, spread = unequal;
+  few.operators = 4;
+  many.operators = 16;
+  alike.operator_sd = 0.5;
+  alike.operator_technique_sd = 0.3;
   spread.cut_sd = {1.0, 0.5};
   std::vector<CoverageCounts> columns;
-  for (const SimulatedStudy& s : {balanced, unequal, small, large, spread}) {
+  for (const SimulatedStudy& s : {balanced, unequal, few, many, alike, spread}) {
     columns.push_back(repeat(s, repetitions, 20020));
   }
   print(fmt::format("Normal errors, {} studies each", repetitions),
-        {"balanced", "unequal", "4 operators", "16 operators", "SDs 1 and 0.5"}, columns);
+        {"equal cells", "unequal cells", "4 operators", "16 operators", "operators alike",
+         "SDs 1 and 0.5"},
+        columns);
 }
 
 /// Three operators, one technique, cells of unequal size: what remains of the report are SDs.
@@ -132,11 +138,22 @@ void shapes(ShapeRole role, int repetitions) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string what = argc > 1 ? argv[1] : "normal";
+  const std::string what = argc > 1 ? argv[1] : "";
   const int repetitions = argc > 2 ? std::atoi(argv[2]) : 2000;
-  if (what == "normal") normal(repetitions);
-  if (what == "sd") sd(ShapeRole::kDesign, repetitions);
-  if (what == "sd-held-out") sd(ShapeRole::kHeldOut, repetitions);
-  if (what == "shapes") shapes(ShapeRole::kDesign, repetitions);
-  if (what == "shapes-held-out") shapes(ShapeRole::kHeldOut, repetitions);
+  if (repetitions > 0 && what == "normal") {
+    normal(repetitions);
+  } else if (repetitions > 0 && what == "sd") {
+    sd(ShapeRole::kDesign, repetitions);
+  } else if (repetitions > 0 && what == "sd-held-out") {
+    sd(ShapeRole::kHeldOut, repetitions);
+  } else if (repetitions > 0 && what == "shapes") {
+    shapes(ShapeRole::kDesign, repetitions);
+  } else if (repetitions > 0 && what == "shapes-held-out") {
+    shapes(ShapeRole::kHeldOut, repetitions);
+  } else {
+    fmt::print(stderr,
+               "./run coverage normal | sd | sd-held-out | shapes | shapes-held-out [STUDIES]\n");
+    return 2;
+  }
+  return 0;
 }

@@ -228,8 +228,8 @@ void stiffness_tables(std::vector<Reproduced>& list) {
                          0.05, "3E(I_T + I_C)/L^3", "N/mm"));
   Reproduced gear = derived("5.4, harmonic drive", "~0.1 deg at 2 N m",
                             robot::wind_up(robot::size8_gear(), 2.0) / deg, 0.1, 0.05,
-                            "wind-up of a size 8 gear, 100:1", "deg");
-  gear.reason = "the gear's constants are assumed, of the order of the maker's catalogue";
+                            "wind-up of a size 8 gear, 100:1, calibrated to it", "deg");
+  gear.reason = "calibrated to this number; how the wind-up divides over torque is assumed";
   list.push_back(gear);
 }
 

@@ -69,6 +69,83 @@ std::vector<std::vector<std::string>> rows_of(const io::RobotPositionCase& c,
   return rows;
 }
 
+robot::PlanarChain chain_of(const io::RobotPositionCase& c) {
+  robot::PlanarChain chain = robot::chain_of(c.robot, c.further);
+  chain.axes[0].stiffness = c.stiffness1;
+  chain.axes[1].stiffness = c.stiffness2;
+  if (c.robot.slide_stroke > 0.0) chain.axes.back().stiffness = c.slide_stiffness;
+  return chain;
+}
+
+/// "theta1_deg", ..., "slide3_mm" and the value in that unit.
+std::vector<std::pair<std::string, double>> named_joints(const robot::PlanarChain& chain,
+                                                         const Eigen::VectorXd& joints) {
+  std::vector<std::pair<std::string, double>> named;
+  for (std::size_t i = 0; i < chain.axes.size(); ++i) {
+    const double q = joints(static_cast<Eigen::Index>(i));
+    if (chain.axes[i].kind == robot::AxisKind::revolute) {
+      named.emplace_back(fmt::format("theta{}_deg", i + 1), q / deg);
+    } else {
+      named.emplace_back(fmt::format("slide{}_mm", i + 1), q / mm);
+    }
+  }
+  return named;
+}
+
+Json joints_json(const robot::PlanarChain& chain, const Eigen::VectorXd& joints) {
+  Json json;
+  for (const auto& [name, value] : named_joints(chain, joints)) json[name] = value;
+  return json;
+}
+
+void show_chain(const robot::PlanarChain& chain, const robot::Vector2& axis,
+                const std::vector<robot::ChainStep>& steps, Shown& shown) {
+  shown.document["axis_position_mm"] = millimetres(axis);
+  shown.document["cuts"] = Json::array();
+  std::vector<std::string> heading = {"cut", "branch"};
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(chain.axes.size()));
+  for (const auto& [name, value] : named_joints(chain, none)) {
+    const std::size_t unit = name.rfind('_');
+    heading.push_back(name.substr(0, unit) + ", " + name.substr(unit + 1));
+  }
+  heading.insert(heading.end(), {"gap, mm", "um/N", "way points", "trouble"});
+  shown.rows = {heading};
+  bool all = true;
+  for (const robot::ChainStep& step : steps) {
+    const robot::ChainSolution& s = step.solution;
+    const char* branch = s.branch == robot::Branch::outermost ? "outermost" : "innermost";
+    Json one = {{"cut", robot::name(step.cut)}, {"reachable", s.found}};
+    std::vector<std::string> row = {robot::name(step.cut)};
+    if (s.found) {
+      one["branch"] = branch;
+      one["joints"] = joints_json(chain, s.joints);
+      one["guide_tip_mm"] = millimetres(step.pose.tip());
+      one["gap_mm"] = step.gap / mm;
+      one["criterion"] = s.criterion;
+      one["normal_compliance_um_per_n"] = s.normal_compliance * 1e6;
+      row.emplace_back(branch);
+      for (const auto& [name, value] : named_joints(chain, s.joints)) {
+        row.push_back(fixed(value, 2));
+      }
+      // What is less than the solver's own 0.1 um is no gap.
+      row.push_back(fixed(std::abs(step.gap) < 5e-7 ? 0.0 : step.gap / mm, 2));
+      row.push_back(fixed(s.normal_compliance * 1e6, 2));
+      row.push_back(fmt::format("{}", step.path.size()));
+    }
+    row.resize(heading.size() - 1);
+    row.push_back(step.trouble.empty() ? "-" : step.trouble);
+    one["collides"] = step.collides;
+    one["path_found"] = step.path_found;
+    one["path"] = Json::array();
+    for (const Eigen::VectorXd& point : step.path) one["path"].push_back(joints_json(chain, point));
+    one["trouble"] = step.trouble;
+    all = all && step.trouble.empty();
+    shown.document["cuts"].push_back(std::move(one));
+    shown.rows.push_back(std::move(row));
+  }
+  shown.document["feasible"] = all;
+}
+
 Shown solve(const io::CaseRun& run, std::string& no_solution) {
   io::RobotPositionCase c;
   Shown shown;
@@ -91,15 +168,33 @@ Shown solve(const io::CaseRun& run, std::string& no_solution) {
   }
   const double cover = c.bone_cover > 0.0 ? c.bone_cover : cuts.distal_overhang / std::sqrt(2.0);
   const robot::BoneOutline bone = robot::generic_bone(implant.profile, cover);
+  const std::string title =
+      fmt::format("{}, L1 {:g} mm, L2 {:g} mm, tool {:g} mm", implant.name, c.robot.link1 / mm,
+                  c.robot.link2 / mm, c.robot.tool_thickness / mm);
+  const char* caption = "The robot at each cut, in the order of cutting";
+  if (c.chain) {
+    const robot::PlanarChain chain = chain_of(c);
+    const auto chain_steps = robot::plan_chain_sequence(chain, implant.profile, cuts, bone, axis,
+                                                        c.redundancy, c.sequence);
+    show_chain(chain, axis, chain_steps, shown);
+    std::vector<io::PoseDrawing> drawings;
+    for (const robot::ChainStep& step : chain_steps) {
+      drawings.push_back({step.cut, step.pose.points, step.gap, !step.trouble.empty()});
+      if (no_solution.empty() && !step.trouble.empty()) {
+        no_solution = fmt::format("{} cut: {}", robot::name(step.cut), step.trouble);
+      }
+    }
+    shown.figures = {{"poses", caption, [=](const std::filesystem::path& file) {
+                        io::draw_poses(implant.profile, cuts, bone, drawings,
+                                       fmt::format("{}, {} axes", title, chain.axes.size()), file);
+                      }}};
+    return shown;
+  }
   const auto steps =
       robot::plan_sequence(c.robot, implant.profile, cuts, bone, axis, branches, c.sequence);
   shown.document = document_of(c, axis, steps);
   shown.rows = rows_of(c, steps);
-  const std::string title =
-      fmt::format("{}, L1 {:g} mm, L2 {:g} mm, tool {:g} mm", implant.name, c.robot.link1 / mm,
-                  c.robot.link2 / mm, c.robot.tool_thickness / mm);
-  shown.figures = {{"poses", "The robot at each cut, in the order of cutting",
-                    [=](const std::filesystem::path& file) {
+  shown.figures = {{"poses", caption, [=](const std::filesystem::path& file) {
                       io::draw_poses(implant.profile, cuts, bone, axis, steps, title, file);
                     }}};
   for (const robot::SequenceStep& step : steps) {

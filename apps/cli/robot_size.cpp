@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/io/robot_case.hpp"
 #include "osteomill/io/robot_drawing.hpp"
+#include "osteomill/robot/size_error.hpp"
 #include "robot.hpp"
 
 namespace osteomill::cli {
@@ -22,6 +23,29 @@ Json surface(const std::vector<std::optional<double>>& values) {
   Json list = Json::array();
   for (const auto& value : values) list.push_back(value ? Json(*value / mm) : Json(nullptr));
   return list;
+}
+
+Json risk(const robot::LengthRisk& risk) {
+  if (!risk.exists) return nullptr;
+  return {{"share_forbidden", risk.share_forbidden},
+          {"worst_implant_share_forbidden", risk.worst_share},
+          {"mean_largest_gap_mm", risk.mean_gap / mm},
+          {"largest_gap_95_percent_mm", risk.gap_95 / mm}};
+}
+
+Json errors_document(const io::RobotSizeCase& c, const robot::SizeErrorStudy& errors) {
+  Json document;
+  document["margin_mm"] = errors.margin / mm;
+  document["kept_share"] = c.kept_share;
+  document["added_mm_per_mm_margin"] = errors.added_per_margin;
+  document["best_largest_without_margin"] = risk(errors.nominal);
+  document["best_largest"] = choice(errors.with_margin.best_largest, "largest_gap_mm");
+  document["best_largest_monte_carlo"] = risk(errors.largest);
+  document["best_mean"] = choice(errors.with_margin.best_mean, "mean_of_largest_gaps_mm");
+  document["best_mean_monte_carlo"] = risk(errors.mean);
+  document["largest_gap_mm"] = surface(errors.with_margin.largest);
+  document["mean_gap_mm"] = surface(errors.with_margin.mean);
+  return document;
 }
 
 Json document_of(const io::RobotSizeCase& c, const robot::SizeStudy& study) {
@@ -68,6 +92,31 @@ std::vector<std::vector<std::string>> rows_of(const io::RobotSizeCase& c,
   return rows;
 }
 
+/// Under the nominal choices: what errors of placement do to them, and the choices that bear them.
+void add_errors(const io::RobotSizeCase& c, const robot::SizeErrorStudy& errors, Shown& shown) {
+  shown.document["with_placement_errors"] = errors_document(c, errors);
+  const auto percent = [](double share) { return fixed(100.0 * share, 1); };
+  const auto add = [&](const std::string& name, const robot::LinkChoice& best,
+                       const robot::LengthRisk& at) {
+    std::vector<std::string> one = row(name, best);
+    if (at.exists) {
+      one.resize(6);
+      one.insert(one.end(), {percent(at.share_forbidden), fixed(at.gap_95 / mm, 2)});
+    }
+    shown.rows.push_back(std::move(one));
+  };
+  shown.rows[0].insert(shown.rows[0].end(), {"out of bounds, %", "95th percentile, mm"});
+  for (std::vector<std::string>& one : shown.rows) {
+    if (one[0] == "largest of all" && errors.nominal.exists) {
+      one.insert(one.end(),
+                 {percent(errors.nominal.share_forbidden), fixed(errors.nominal.gap_95 / mm, 2)});
+    }
+  }
+  const std::string margin = fmt::format(", {:.2f} mm margin", errors.margin / mm);
+  add("largest" + margin, errors.with_margin.best_largest, errors.largest);
+  add("mean" + margin, errors.with_margin.best_mean, errors.mean);
+}
+
 Shown solve(const io::CaseRun& run, std::string& no_solution) {
   io::RobotSizeCase c;
   Shown shown;
@@ -108,6 +157,26 @@ Shown solve(const io::CaseRun& run, std::string& no_solution) {
          io::draw_size_study(study, study.mean, study.best_mean,
                              "Mean over the families of their largest gap", file);
        }}};
+  if (!c.errors) return shown;
+  const robot::SizeErrorStudy errors = robot::study_size_errors(families, c.study, study, *c.errors,
+                                                                c.kept_share, console_progress());
+  if (errors.with_margin.stopped) throw Interrupted{};
+  add_errors(c, errors, shown);
+  if (!errors.with_margin.best_largest.exists) {
+    shown.warnings.push_back(
+        fmt::format("no pair of link lengths serves every implant with a margin of {:.2f} mm",
+                    errors.margin / mm));
+    return shown;
+  }
+  shown.figures.push_back(
+      {"largest_gap_with_errors",
+       fmt::format("The same, every place kept {:.2f} mm inside of what is allowed",
+                   errors.margin / mm),
+       [errors](const std::filesystem::path& file) {
+         io::draw_size_study(
+             errors.with_margin, errors.with_margin.largest, errors.with_margin.best_largest,
+             fmt::format("Largest gap, places {:.2f} mm inside", errors.margin / mm), file);
+       }});
   return shown;
 }
 

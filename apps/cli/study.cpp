@@ -159,6 +159,7 @@ void print_report(const study::StudyReport& report) {
                  p_text(a.p), a.consequence);
     }
   }
+  fmt::print("\n{}\n", study::normality_note());
 }
 
 void warn_of(const study::StudyReport& report) {

@@ -155,6 +155,22 @@ void bind_placement_options(Section& section, PlacementOptionsCase& options) {
                  "of the certificate: no place is better by more", Need::optional);
 }
 
+void bind_placement_errors(Section& section, robot::PlacementErrors& errors) {
+  section.number("position_sd_mm", errors.position, kMm, between(0.0, 50.0),
+                 "of the first axis, each direction: the manual adjustment", Need::optional);
+  section.number("varus_valgus_sd_deg", errors.varus_valgus, kDeg, between(0.0, 20.0),
+                 "tilt of the axis", Need::optional);
+  section.number("internal_external_sd_deg", errors.internal_external, kDeg, between(0.0, 20.0),
+                 "tilt of the axis", Need::optional);
+  section.number("half_width_mm", errors.half_width, kMm, between(0.0, 100.0),
+                 "of the bone to each side", Need::optional);
+  section.integer("samples", errors.samples, between(10, 1e7), "of the Monte Carlo",
+                  Need::optional);
+  int seed = static_cast<int>(errors.seed);
+  section.integer("seed", seed, between(0, 2147483647), "of the Monte Carlo", Need::optional);
+  errors.seed = static_cast<std::uint64_t>(seed);
+}
+
 void bind_robot_place(Section& section, RobotPlaceCase& c) {
   section.table("implant", "what is cut", Need::required,
                 [&](Section& table) { bind_implant(table, c.implant); });
@@ -166,18 +182,7 @@ void bind_robot_place(Section& section, RobotPlaceCase& c) {
                  "also find the best place that may be off by this in any direction");
   });
   section.table("errors", "of the robot's place, for the Monte Carlo", Need::optional,
-                [&](Section& table) {
-                  table.number("position_sd_mm", c.errors.position, kMm, between(0.0, 50.0),
-                               "of the first axis, each direction", Need::optional);
-                  table.number("varus_valgus_sd_deg", c.errors.varus_valgus, kDeg,
-                               between(0.0, 20.0), "tilt of the axis", Need::optional);
-                  table.number("internal_external_sd_deg", c.errors.internal_external, kDeg,
-                               between(0.0, 20.0), "tilt of the axis", Need::optional);
-                  table.number("half_width_mm", c.errors.half_width, kMm, between(0.0, 100.0),
-                               "of the bone to each side", Need::optional);
-                  table.integer("samples", c.errors.samples, between(10, 1e7), "of the Monte Carlo",
-                                Need::optional);
-                });
+                [&](Section& table) { bind_placement_errors(table, c.errors); });
   section.table("map", "of the largest gap over the place, drawn with -o", Need::optional,
                 [&](Section& table) {
                   length_range(table, "x_mm", c.map_x_low, c.map_x_high, "distal [low, high]");
@@ -204,10 +209,57 @@ void bind_robot_size(Section& section, RobotSizeCase& c) {
   });
   section.table("options", "of the placement", Need::optional,
                 [&](Section& table) { bind_placement_options(table, options); });
+  robot::PlacementErrors errors;
+  if (section.table("errors", "of the robot's place: the study again with a margin for them",
+                    Need::optional, [&](Section& table) {
+                      bind_placement_errors(table, errors);
+                      table.number("kept_share", c.kept_share, {1.0, ""}, between(0.01, 0.999),
+                                   "of the samples that every placement shall keep allowed",
+                                   Need::optional);
+                    })) {
+    c.errors = errors;
+  }
   c.study.cuts.distal_overhang = options.distal_overhang;
   c.study.branch = options.placement.branch;
   c.study.margin = options.placement.margin;
 }
+
+namespace {
+
+/// An axis behind A2's link: a further link, or a slide.
+void bind_planar_axis(Section& table, robot::PlanarAxis& axis) {
+  table.choice("kind", axis.kind,
+               {{"revolute", robot::AxisKind::revolute}, {"prismatic", robot::AxisKind::prismatic}},
+               "turns a link, or slides");
+  const bool slides = axis.kind == robot::AxisKind::prismatic;
+  if (table.when(!slides)) {
+    double stiffness = robot::size8_secant_stiffness();
+    table.number("length_mm", axis.length, kMm, between(0.0, 1000.0), "of the link that it turns");
+    robot::JointRange range = axis.range;
+    joint_range(table, "range_deg", range, "limits of the joint [low, high]");
+    table.number("stiffness_nm_per_rad", stiffness, {1.0, "N m/rad"}, non_negative(),
+                 "of the axis; 0: rigid; default: 0.1 deg at 2 N m, [plaskos2006] 5.4",
+                 Need::optional);
+    if (!slides) {
+      axis.range = range;
+      axis.stiffness = stiffness;
+    }
+  }
+  if (table.when(slides)) {
+    double low = 0.0, high = 0.04, stiffness = 0.0;
+    table.number("direction_deg", axis.direction, kDeg, between(-180.0, 180.0),
+                 "of travel, from the link before it, anticlockwise", Need::optional);
+    length_range(table, "range_mm", low, high, "travel [low, high]");
+    table.number("stiffness_n_per_mm", stiffness, {units::n_per_mm, "N/mm"}, non_negative(),
+                 "of the slide; 0: rigid", Need::optional);
+    if (slides) {
+      axis.range = {low, high};
+      axis.stiffness = stiffness;
+    }
+  }
+}
+
+}  // namespace
 
 void bind_robot_position(Section& section, RobotPositionCase& c) {
   section.table("implant", "what is cut", Need::required,
@@ -216,6 +268,29 @@ void bind_robot_position(Section& section, RobotPositionCase& c) {
                 [&](Section& table) { bind_guide_positioner(table, c.robot); });
   section.table("options", "of the placement", Need::optional,
                 [&](Section& table) { bind_placement_options(table, c.options); });
+  section.tables("further_axis", "axes between the second link and the slide, in the plane of cuts",
+                 Need::optional, [&](Section& table, std::size_t) {
+                   robot::PlanarAxis axis;
+                   bind_planar_axis(table, axis);
+                   c.further.push_back(axis);
+                 });
+  c.chain = section.table(
+      "chain", "solve for all axes together: both branches, limits, slide", Need::optional,
+      [&](Section& table) {
+        table.choice("redundancy", c.redundancy,
+                     {{"joint-centre", robot::Redundancy::joint_centre},
+                      {"smallest-displacement", robot::Redundancy::smallest_displacement},
+                      {"stiffest", robot::Redundancy::stiffest}},
+                     "what the freedom that a cut leaves is used for", Need::optional);
+        table.number("stiffness1_nm_per_rad", c.stiffness1, {1.0, "N m/rad"}, non_negative(),
+                     "of A1; 0: rigid; default: 0.1 deg at 2 N m, [plaskos2006] 5.4",
+                     Need::optional);
+        table.number("stiffness2_nm_per_rad", c.stiffness2, {1.0, "N m/rad"}, non_negative(),
+                     "of A2", Need::optional);
+        table.number("slide_stiffness_n_per_mm", c.slide_stiffness, {units::n_per_mm, "N/mm"},
+                     non_negative(), "of the slide; 0: rigid", Need::optional);
+      });
+  c.chain = c.chain || !c.further.empty();
   section.table("axis", "where the first axis is; the best place when absent", Need::optional,
                 [&](Section& table) {
                   table.number("x_mm", c.axis_x, kMm, between(-500.0, 500.0), "distal");

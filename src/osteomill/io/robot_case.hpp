@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "osteomill/io/section.hpp"
+#include "osteomill/robot/chain_sequence.hpp"
+#include "osteomill/robot/compliance.hpp"
 #include "osteomill/robot/cut_sequence.hpp"
 #include "osteomill/robot/placement_error.hpp"
 #include "osteomill/robot/size_study.hpp"
@@ -67,6 +69,8 @@ void bind_robot_place_keys(Section& section);
 struct RobotSizeCase {
   std::vector<std::string> families;
   robot::SizeStudyOptions study;
+  std::optional<robot::PlacementErrors> errors;
+  double kept_share = 0.95;
 };
 void bind_robot_size(Section& section, RobotSizeCase& c);
 void bind_robot_size_keys(Section& section);
@@ -85,7 +89,13 @@ struct RobotPositionCase {
   double play2 = 0.0;
   double gear1 = 100.0;  ///< motor turns a joint turn
   double gear2 = 100.0;
-  double zero1 = 0.0;  ///< Hall count at joint angle 0, rad of the motor
+  std::vector<robot::PlanarAxis> further;  ///< between A2's link and the slide
+  bool chain = false;                      ///< solved as a chain of 2 + n axes
+  robot::Redundancy redundancy = robot::Redundancy::joint_centre;
+  double stiffness1 = robot::size8_secant_stiffness();  ///< of A1, N m/rad
+  double stiffness2 = robot::size8_secant_stiffness();
+  double slide_stiffness = 0.0;  ///< N/m; 0: rigid
+  double zero1 = 0.0;            ///< Hall count at joint angle 0, rad of the motor
   double zero2 = 0.0;
 };
 void bind_robot_position(Section& section, RobotPositionCase& c);

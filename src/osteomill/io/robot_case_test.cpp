@@ -109,6 +109,46 @@ TEST(RobotCases, OfTheExamplesAreRead) {
   EXPECT_EQ(position.sequence.order.size(), 5u);
 }
 
+TEST(RobotCases, OfTwoPlusNAxesServeEveryCutWithEachCriterion) {
+  const std::filesystem::path examples = OSTEOMILL_SOURCE_DIR "/examples";
+  double least = 0.0;
+  for (const char* redundancy : {"stiffest", "joint-centre", "smallest-displacement"}) {
+    RobotPositionCase c;
+    Section::read(read_case(examples / "robot_chain.toml",
+                            {fmt::format("chain.redundancy=\"{}\"", redundancy)})
+                      .at(0),
+                  [&](Section& section) { bind_robot_position(section, c); });
+    ASSERT_TRUE(c.chain);
+    ASSERT_EQ(c.further.size(), 2u);
+    const Implant implant = implant_of(c.implant);
+    const robot::CutOptions cuts{c.options.distal_overhang, c.robot.tool_thickness};
+    const auto steps = robot::plan_chain_sequence(
+        robot::chain_of(c.robot, c.further), implant.profile, cuts,
+        robot::generic_bone(implant.profile, 7.0 * mm), {*c.axis_x, *c.axis_y}, c.redundancy);
+    double compliance = 0.0;
+    for (const robot::ChainStep& step : steps) {
+      EXPECT_EQ(step.trouble, "") << robot::name(step.cut) << ", " << redundancy;
+      EXPECT_NEAR(step.solution.gap, 0.0, 2e-7);
+      compliance += step.solution.normal_compliance;
+    }
+    if (least == 0.0) least = compliance;
+    EXPECT_LE(least, compliance);  // the stiffest comes first
+  }
+}
+
+TEST(RobotCases, OfSizesTakeErrorsWithTheirSeed) {
+  write_text_file(scratch("size.toml"),
+                  "[size]\nfamilies = [\"generic\"]\nl1_mm = [60, 75]\nl2_mm = [20, 40]\n"
+                  "[errors]\nposition_sd_mm = 1\nseed = 9\nkept_share = 0.9\n");
+  RobotSizeCase c;
+  Section::read(read_case(scratch("size.toml"), {}).at(0),
+                [&](Section& section) { bind_robot_size(section, c); });
+  ASSERT_TRUE(c.errors);
+  EXPECT_EQ(c.errors->seed, 9u);
+  EXPECT_NEAR(c.errors->position, 1.0 * mm, 1e-15);
+  EXPECT_EQ(c.kept_share, 0.9);
+}
+
 TEST(RobotCases, NameEveryFaultAtOnce) {
   write_text_file(scratch("bad.toml"),
                   "[implant]\nfamily = \"generic\"\nsize = 0\n[robot]\nl1_mm = -1\nl2_mm = 30\n"

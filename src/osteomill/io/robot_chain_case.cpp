@@ -86,10 +86,10 @@ robot::Compliance part_of(Section& section) {
     }
   }
   if (section.when(kind == PartKind::gear)) {
-    double stiffness = robot::size8_gear().k2;
+    double stiffness = robot::size8_secant_stiffness();
     const Vector3 axis = direction(section, "axis", Vector3::UnitZ(), "of the gear");
     section.number("stiffness_nm_per_rad", stiffness, {1.0, "N m/rad"}, positive(),
-                   "of the gear at its torque", Need::optional);
+                   "of the gear; default: 0.1 deg at 2 N m, [plaskos2006] 5.4", Need::optional);
     if (kind == PartKind::gear) part = robot::hinge_spring(name, at, axis, stiffness);
   }
   if (section.when(kind == PartKind::tube || kind == PartKind::beam)) {

@@ -51,18 +51,15 @@ std::string words(robot::Cut cut) {
 }  // namespace
 
 void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
-                const robot::BoneOutline& bone, const robot::Vector2& axis_position,
-                const std::vector<robot::SequenceStep>& steps, const std::string& title,
-                const std::filesystem::path& path) {
+                const robot::BoneOutline& bone, const std::vector<PoseDrawing>& steps,
+                const std::string& title, const std::filesystem::path& path) {
   const auto lines = robot::cut_lines(profile, cuts);
   const auto edges = robot::cut_lines(profile, {.distal_overhang = cuts.distal_overhang});
   Bounds bounds;
   for (const Vector2& p : bone) bounds.add(on_paper(p));
-  for (const robot::SequenceStep& step : steps) {
-    bounds.add(on_paper(step.pose.X1));
-    bounds.add(on_paper(step.pose.X2));
+  for (const PoseDrawing& step : steps) {
+    for (const Vector2& p : step.points) bounds.add(on_paper(p));
   }
-  bounds.add(on_paper(axis_position));
   const Vector2 margin = Vector2::Constant(9.0);
   bounds.low -= margin;
   bounds.high += margin;
@@ -91,14 +88,21 @@ void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
                    static_cast<double>(column) / 3.0, (1.0 - static_cast<double>(line)) * row,
                    1.0 / 3.0, row - 22.0 / (2.0 * panel_height + 40.0));
     if (i == steps.size()) break;
-    const robot::SequenceStep& step = steps[i];
+    const PoseDrawing& step = steps[i];
     const robot::CutLine& cut = lines[robot::index(step.cut)];
     auto closed = left;
     closed.push_back(left.front());
     script += block(fmt::format("bone{}", i), closed);
     script += block(fmt::format("cut{}", i), {cut.entry, cut.entry + cut.length * cut.direction});
-    script += block(fmt::format("link{}", i), {axis_position, step.pose.X1});
-    script += block(fmt::format("guide{}", i), {step.pose.X1, step.pose.X2});
+    // A cut without a pose has neither link nor guide: a point far outside keeps the plot whole.
+    const std::vector<Vector2> nowhere(2, Vector2::Constant(1e3));
+    const bool posed = step.points.size() >= 3;
+    script += block(fmt::format("link{}", i),
+                    posed ? std::vector(step.points.begin(), step.points.begin() + 2) : nowhere);
+    script += block(fmt::format("guide{}", i),
+                    posed ? std::vector(step.points.begin() + 1, step.points.end()) : nowhere);
+    script += block(fmt::format("axes{}", i),
+                    posed ? std::vector(step.points.begin(), step.points.end() - 1) : nowhere);
     fmt::format_to(
         std::back_inserter(script),
         "set title {} offset 0,-0.6\n"
@@ -106,10 +110,10 @@ void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
         "$profile with lines lw 1 dt 2 lc rgb '#7a6a48', "
         "$cut{} with lines lw 1.5 lc rgb '{}', "
         "$link{} with lines lw 3 lc rgb '#8c8c8c', $guide{} with lines lw 5 lc rgb '{}', "
-        "$link{} with points pt 7 ps 0.9 lc rgb '#222222'\n",
+        "$axes{} with points pt 7 ps 0.9 lc rgb '#222222'\n",
         gnuplot::quoted(fmt::format("{} {}: gap {:.1f} mm{}", i + 1, words(step.cut),
                                     std::abs(step.gap) < 5e-5 ? 0.0 : step.gap / mm,
-                                    step.trouble.empty() ? "" : ", see text")),
+                                    step.trouble ? ", see text" : "")),
         i, i, hex(palette(5)), i, i, hex(palette(4)), i);
     left = robot::after_cut(left, edges[robot::index(step.cut)]);
   }
@@ -127,6 +131,18 @@ void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
       "unset multiplot\n",
       row * 0.72, hex(palette(5)), hex(palette(4)));
   gnuplot::run(script, path);
+}
+
+void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
+                const robot::BoneOutline& bone, const robot::Vector2& axis_position,
+                const std::vector<robot::SequenceStep>& steps, const std::string& title,
+                const std::filesystem::path& path) {
+  std::vector<PoseDrawing> drawings;
+  for (const robot::SequenceStep& step : steps) {
+    drawings.push_back(
+        {step.cut, {axis_position, step.pose.X1, step.pose.X2}, step.gap, !step.trouble.empty()});
+  }
+  draw_poses(profile, cuts, bone, drawings, title, path);
 }
 
 void draw_gap_map(const robot::GapMap& map, const robot::Placement& placement,

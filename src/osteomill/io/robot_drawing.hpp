@@ -14,6 +14,16 @@ namespace osteomill::io {
 
 /// The robot at each cut, to scale, with the bone that is there at that time. [plaskos2006]
 /// fig. 4.6.
+/// One panel: the axes' points from A1 to the tip of the guide.
+struct PoseDrawing {
+  robot::Cut cut = robot::Cut::distal;
+  std::vector<robot::Vector2> points;
+  double gap = 0.0;  ///< m
+  bool trouble = false;
+};
+void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
+                const robot::BoneOutline& bone, const std::vector<PoseDrawing>& steps,
+                const std::string& title, const std::filesystem::path& path);
 void draw_poses(const robot::Profile& profile, const robot::CutOptions& cuts,
                 const robot::BoneOutline& bone, const robot::Vector2& axis_position,
                 const std::vector<robot::SequenceStep>& steps, const std::string& title,

@@ -56,6 +56,8 @@ void bind_design(Section& s, DesignCase& c) {
   s.integer("seed", c.seed, between(0, 2147483647), "of bootstrap and forecasts", optional);
   s.integer("bootstrap_draws", d.bootstrap_draws, between(199, 1000000), "draws of the bootstrap",
             optional);
+  s.integer("forecast_draws", d.forecast_draws, between(199, 1000000), "draws of the forecasts",
+            optional);
 }
 
 void bind_plan(Section& s, study::PlanOptions& o) {

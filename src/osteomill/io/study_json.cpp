@@ -55,9 +55,11 @@ Json variability_json(const VariabilityRecord& v, const std::string& ci) {
                {key("alignment_sd"), v.combined_sd},
                {key("alignment_" + ci), pair(v.combined_interval)}};
   json[key("bootstrap_" + ci)] = or_null(v.bootstrap_interval);
-  json["bootstrap_measured_coverage"] =
-      v.bootstrap_coverage ? Json{v.bootstrap_coverage->low, v.bootstrap_coverage->high}
-                           : Json(nullptr);
+  const auto coverage = [](const std::optional<CoverageRange>& c) {
+    return c ? Json{c->low, c->high} : Json(nullptr);
+  };
+  json[ci + "_measured_coverage_if_not_normal"] = coverage(v.coverage_if_not_normal);
+  json["bootstrap_" + ci + "_measured_coverage"] = coverage(v.bootstrap_coverage);
   return json;
 }
 
@@ -116,6 +118,7 @@ Json study_document(const StudyReport& r) {
                            {"p", a.p},
                            {"consequence", a.consequence}});
   }
+  json["normality_note"] = normality_note();
   auto& groups = json["groups"] = Json::array();
   for (const GroupSummary& g : r.groups) {
     const auto key = [&](const char* name) { return with_unit(name, g.response); };

@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/io/run_record.hpp"
+#include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/study_case.hpp"
 
 namespace osteomill::io {
@@ -69,6 +71,21 @@ TEST(StudyPlan, IsReadInTheUnitsOfItsKeys) {
   EXPECT_EQ(c.options.within_operator_sd, 0.8);
   EXPECT_EQ(plan_document(study::plan_study(c.options))["feasible"], true);
   EXPECT_THROW(read_study_plan("", {"question=power"}), InvalidInput);
+}
+
+TEST(StudyDesign, NamesItsTableAndRunsAgainFromTheRecordOfARun) {
+  const std::filesystem::path table =
+      std::filesystem::path(OSTEOMILL_SOURCE_DIR) / "examples/study/milling_and_sawing.csv";
+  const StudyDesign first = read_study_design({}, {"seed=7", "alpha=0.01"});
+  EXPECT_TRUE(first.table.empty());
+  nlohmann::ordered_json input = first.expanded;
+  input["table"] = table.string();
+  write_run_json(scratch("run.json"), {"osteomill", "study", input, {}, 0.0});
+  const StudyDesign again = read_study_design(scratch("run.json"), {});
+  EXPECT_EQ(again.table, table);
+  EXPECT_EQ(again.design.seed, 7u);
+  EXPECT_EQ(again.design.alpha, 0.01);
+  EXPECT_THROW(read_study_design({}, {"table=\"none.csv\""}), InvalidInput);
 }
 
 }  // namespace

@@ -289,6 +289,7 @@ ReportData study_page(const StudyReport& report, const std::string& name) {
          .text = fmt::format("{}, {}: {} does not hold ({}): {}.", in_words(a.response), a.term,
                              a.name, p_words(a.p), a.consequence)});
   }
+  page.notes.push_back({.kind = ReportNote::Kind::assumption, .text = normality_note()});
   for (const Finding& f : report.findings) {
     page.notes.push_back(
         {.kind = ReportNote::Kind::warning, .text = f.what + ": " + f.still + "."});

@@ -121,7 +121,22 @@ double tip_stiffness(const Beam& beam) {
   return 3.0 * beam.youngs_modulus * beam.bending_inertia / std::pow(beam.length, 3);
 }
 
-StrainWaveGear size8_gear() { return {0.29, 0.75, 910.0, 1000.0, 1200.0}; }
+namespace {
+
+// [plaskos2006] 5.4.
+constexpr double kNominalTorque = 2.0;               // N m
+constexpr double kNominalWindUp = 0.1 * units::deg;  // rad
+
+}  // namespace
+
+StrainWaveGear size8_gear() {
+  StrainWaveGear gear{0.29, 0.75, 910.0, 1000.0, 1200.0};
+  const double scale = wind_up(gear, kNominalTorque) / kNominalWindUp;
+  for (double* k : {&gear.k1, &gear.k2, &gear.k3}) *k *= scale;
+  return gear;
+}
+
+double size8_secant_stiffness() { return kNominalTorque / kNominalWindUp; }
 
 double wind_up(const StrainWaveGear& gear, double torque) {
   const double t = std::abs(torque);

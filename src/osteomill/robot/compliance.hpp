@@ -63,9 +63,12 @@ struct StrainWaveGear {
   double k2 = 0.0;     ///< between T1 and T2
   double k3 = 0.0;     ///< above T2
 };
-/// Size 8, ratio 100 (HFUC-8-100 of [plaskos2006] 5.4). Constants assumed: of the order of the
-/// maker's catalogue, not read from it; the thesis prints only "~0.1° at 2 N m".
+/// Size 8, ratio 100 (HFUC-8-100 of [plaskos2006] 5.4), calibrated to the thesis: 0.1° at 2 N m
+/// ("~0.1° for an applied torque of 2 Nm", computed there from the maker's data). How the wind-up
+/// divides among the three pieces is assumed (fig. 5.9 is not readable in numbers).
 StrainWaveGear size8_gear();
+/// Of that gear from rest to the nominal load of 2 N m: 2 N m / 0.1° = 1146 N m/rad.
+double size8_secant_stiffness();
 double wind_up(const StrainWaveGear& gear, double torque);
 /// dT/dφ at that torque, N m/rad.
 double gear_stiffness(const StrainWaveGear& gear, double torque);

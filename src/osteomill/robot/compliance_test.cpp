@@ -64,7 +64,8 @@ TEST(Compliance, SharesOfTheChainAddUpToTheDeflection) {
 TEST(StrainWaveGear, WindsUpByATenthOfADegreeAtTwoNewtonMetres) {
   const StrainWaveGear gear = size8_gear();
   // [plaskos2006] 5.4: "~0.1°", one digit.
-  EXPECT_NEAR(wind_up(gear, 2.0) / deg, 0.1, 0.05);
+  EXPECT_NEAR(wind_up(gear, 2.0) / deg, 0.1, 1e-12);
+  EXPECT_NEAR(2.0 / size8_secant_stiffness(), wind_up(gear, 2.0), 1e-15);
   EXPECT_EQ(wind_up(gear, -2.0), -wind_up(gear, 2.0));
   for (const double torque : {0.1, 0.29, 0.5, 0.75, 3.0}) {
     const double h = 1e-4;

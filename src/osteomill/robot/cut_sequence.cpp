@@ -43,16 +43,6 @@ bool cross_each_other(const Vector2& a, const Vector2& b, const Vector2& c, cons
   return ((ab_c > 0.0) != (ab_d > 0.0)) && ((cd_a > 0.0) != (cd_b > 0.0));
 }
 
-/// How far the guide stands in the bone: true when a piece of it longer than the contact is inside.
-bool overlaps(const BoneOutline& bone, const GuidePose& pose) {
-  constexpr int kPieces = 64;  // of a guide of some 30 mm: a point every half millimetre
-  for (int i = 0; i <= kPieces; ++i) {
-    const double t = static_cast<double>(i) / kPieces;
-    if (inside(bone, pose.X1 + t * (pose.X2 - pose.X1), kContact)) return true;
-  }
-  return false;
-}
-
 struct Grid {
   JointRange range1;
   JointRange range2;
@@ -179,6 +169,15 @@ class PathSearch {
 };
 
 }  // namespace
+
+bool overlaps(const BoneOutline& bone, const GuidePose& pose) {
+  constexpr int kPieces = 64;  // of a guide of some 30 mm: a point every half millimetre
+  for (int i = 0; i <= kPieces; ++i) {
+    const double t = static_cast<double>(i) / kPieces;
+    if (inside(bone, pose.X1 + t * (pose.X2 - pose.X1), kContact)) return true;
+  }
+  return false;
+}
 
 BoneOutline generic_bone(const Profile& profile, double cover) {
   require_non_negative("bone.cover_mm", cover / units::mm, "mm");

@@ -27,6 +27,9 @@ std::optional<double> first_bone(const BoneOutline& bone, const CutLine& line);
 /// Distance of a straight guide from A2 to its tip from the bone, m; 0 when they overlap.
 double clearance(const BoneOutline& bone, const GuidePose& pose);
 
+/// Whether a piece of the guide longer than a contact stands in the bone.
+bool overlaps(const BoneOutline& bone, const GuidePose& pose);
+
 struct SequenceOptions {
   std::vector<Cut> order{kCuttingOrder.begin(), kCuttingOrder.end()};
   double clearance = 0.0;     ///< to keep from the bone between cuts, m

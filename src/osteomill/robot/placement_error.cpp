@@ -11,19 +11,15 @@
 
 namespace osteomill::robot {
 
-PlacementRisk placement_risk(const GuidePositioner& robot, const PerCut<CutLine>& lines,
-                             const Vector2& axis_position, const PlacementErrors& errors,
-                             BranchRule rule) {
-  check(robot);
+std::vector<PlacementError> draw_placement_errors(const PlacementErrors& errors) {
   require_within("errors.samples", errors.samples, 10.0, 1e7, "");
   require_non_negative("errors.position_sd_mm", errors.position / units::mm, "mm");
   require_non_negative("errors.varus_valgus_sd_deg", errors.varus_valgus / units::deg, "deg");
   require_non_negative("errors.internal_external_sd_deg", errors.internal_external / units::deg,
                        "deg");
   require_non_negative("errors.half_width_mm", errors.half_width / units::mm, "mm");
-  const auto count = static_cast<std::size_t>(errors.samples);
-  std::vector<std::array<GapReport, 2>> sides(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+  std::vector<PlacementError> drawn(static_cast<std::size_t>(errors.samples));
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
     Random random(errors.seed, i);
     const double dx = random.normal(0.0, errors.position);
     const double dy = random.normal(0.0, errors.position);
@@ -31,11 +27,22 @@ PlacementRisk placement_risk(const GuidePositioner& robot, const PerCut<CutLine>
     const double along_x = errors.half_width * std::tan(random.normal(0.0, errors.varus_valgus));
     const double along_y =
         -errors.half_width * std::tan(random.normal(0.0, errors.internal_external));
-    for (const int side : {0, 1}) {
-      const double sign = side == 0 ? 1.0 : -1.0;
-      sides[i][static_cast<std::size_t>(side)] = gaps_at(
-          robot, lines, axis_position + Vector2(dx + sign * along_x, dy + sign * along_y), rule);
-    }
+    drawn[i] = {{dx, dy}, {along_x, along_y}};
+  }
+  return drawn;
+}
+
+PlacementRisk placement_risk(const GuidePositioner& robot, const PerCut<CutLine>& lines,
+                             const Vector2& axis_position, const PlacementErrors& errors,
+                             BranchRule rule) {
+  check(robot);
+  const std::vector<PlacementError> drawn = draw_placement_errors(errors);
+  const std::size_t count = drawn.size();
+  std::vector<std::array<GapReport, 2>> sides(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const Vector2 middle = axis_position + drawn[i].shift;
+    sides[i] = {gaps_at(robot, lines, middle + drawn[i].side, rule),
+                gaps_at(robot, lines, middle - drawn[i].side, rule)};
   });
   PlacementRisk risk;
   std::vector<double> gaps;

@@ -17,6 +17,15 @@ struct PlacementErrors {
   std::uint64_t seed = 1;
 };
 
+/// One sample: A1 is off by `shift`, and a tilted axis by `side` more on one side of the bone and
+/// by −`side` on the other, m.
+struct PlacementError {
+  Vector2 shift;
+  Vector2 side;
+};
+/// The samples; the i-th depends on the seed and i alone. Throws InvalidInput naming the field.
+std::vector<PlacementError> draw_placement_errors(const PlacementErrors& errors);
+
 /// What the errors do, over samples. A tilted axis pierces the medial and the lateral side of the
 /// bone at other places: the gaps are taken there, on the worse side.
 struct PlacementRisk {

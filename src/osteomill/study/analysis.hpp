@@ -36,6 +36,7 @@ struct Design {
   std::map<std::string, double> measurement_sd;  ///< by response, from repeated placements
   std::uint64_t seed = 1;
   int bootstrap_draws = 2000;
+  int forecast_draws = 10000;
 };
 
 /// What the columns of the table suggest where the design says nothing: the two errors and the time
@@ -87,6 +88,7 @@ struct VariabilityRecord {
   double degrees_of_freedom = 0.0;
   double combined_sd = 0.0;  ///< of an alignment of several cuts
   Interval combined_interval;
+  std::optional<CoverageRange> coverage_if_not_normal;  ///< of the chi-squared interval, measured
   /// Without normality. It is given whether or not the residuals look normal: chosen by that test,
   /// the two together would hold the truth too seldom where few cuts hide long tails.
   std::optional<Interval> bootstrap_interval;
@@ -135,6 +137,9 @@ struct AdjustedMeanRecord {
   std::string response;
   AdjustedMean adjusted;
 };
+
+/// What qualifies every report, with its numbers: a test of normality on few cuts proves little.
+std::string normality_note();
 
 struct StudyReport {
   Design design;  ///< as used

@@ -7,6 +7,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/study/diagnostics.hpp"
+#include "osteomill/study/measured_coverage.hpp"
 #include "osteomill/study/slice.hpp"
 
 namespace osteomill::study {
@@ -63,8 +64,10 @@ bool add_normality(const Slice& slice, const char* term, std::span<const double>
   report.assumptions.push_back(
       {"normal residuals (Shapiro-Wilk)", slice.response, term, holds, test.statistic, test.p,
        holds ? ""
-             : "the chi-squared intervals, F-tests of variances and tolerance intervals are not to "
-               "be relied on: read the bootstrap intervals, the bootstrap p and Brown-Forsythe"});
+             : fmt::format("do not rely on chi-squared intervals, F-tests of variances, shares "
+                           "outside and tolerance intervals; read the intervals without normality, "
+                           "the bootstrap p and Brown-Forsythe ({})",
+                           kCoverageIfNotNormal)});
   return holds;
 }
 
@@ -212,6 +215,17 @@ void analyse_with_subjects(const Slice& slice, std::optional<bool> normal, Study
 }
 
 }  // namespace
+
+std::string normality_note() {
+  return fmt::format(
+      "With normal errors the intervals held the truth in 93-97 % of simulated studies; more often "
+      "those of operators' components that the data hardly tell from zero and those of an SD "
+      "without normality from few cuts; less often, where a group has two operators only, those of "
+      "its share outside and of the intercept of its line ({}). Few cuts hide what a test of "
+      "normality would reject: {}. The intervals of an SD without normality have beside them what "
+      "they held for as many cuts.",
+      kCoverageOfTwoOperators, kCoverageIfNotNormal);
+}
 
 std::optional<bool> report_normality(const Slice& slice, StudyReport& report) {
   std::vector<double> values(slice.y.begin(), slice.y.end());

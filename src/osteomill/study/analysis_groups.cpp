@@ -187,6 +187,7 @@ void report_groups(const Slice& slice, StudyReport& report) {
                           .degrees_of_freedom = pooled.degrees_of_freedom,
                           .combined_sd = combined_sd(pooled.sd, cuts),
                           .combined_interval = {},
+                          .coverage_if_not_normal = coverage_of_chi_squared(pooled.count),
                           .bootstrap_interval = {},
                           .bootstrap_coverage = {}};
       v.combined_interval = scaled(v.interval, combined_sd(1.0, cuts));
@@ -213,7 +214,8 @@ void report_forecasts(const Slice& slice, StudyReport& report) {
       const ForecastOptions options{.limit = design.limit_deg,
                                     .content = design.tolerance_content,
                                     .confidence = design.confidence,
-                                    .seed = design.seed};
+                                    .seed = design.seed,
+                                    .draws = design.forecast_draws};
       report.forecasts.push_back({slice.response, factor.name, factor.levels[k], population,
                                   forecast(population, 1, options),
                                   forecast(population, design.cuts_per_alignment, options)});

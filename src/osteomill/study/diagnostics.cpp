@@ -258,24 +258,6 @@ Interval bootstrap_sd_interval(std::span<const double> values, std::span<const i
       std::exp(0.5 * std::max(adjusted.high, observed.value - q.low * observed.standard_error))};
 }
 
-Interval bootstrap_mean_interval(std::span<const double> values, std::uint64_t seed, int draws,
-                                 double confidence) {
-  const Moments observed = moments(values);
-  const double root = std::sqrt(static_cast<double>(values.size()));
-  Random random(seed);
-  std::vector<double> drawn(values.size()), t;
-  for (int b = 0; b < draws; ++b) {
-    for (double& value : drawn) {
-      value = values[static_cast<size_t>(random.uniform() * static_cast<double>(values.size()))];
-    }
-    const Moments sample = moments(drawn);
-    if (sample.sd > 0.0) t.push_back((sample.mean - observed.mean) * root / sample.sd);
-  }
-  if (t.empty()) return {observed.mean, observed.mean};
-  const Interval q = percentiles(std::move(t), confidence);
-  return {observed.mean - q.high * observed.sd / root, observed.mean - q.low * observed.sd / root};
-}
-
 std::vector<double> bootstrap_anova_p(const RepeatedMeasures& data, const Anova& anova,
                                       SumOfSquares type, std::uint64_t seed, int draws) {
   std::vector<double> reached(anova.rows.size(), 1.0);  // the observed one counts as a draw

@@ -26,14 +26,11 @@ DiagnosticTest shapiro_wilk(std::span<const double> values);
 DiagnosticTest brown_forsythe(std::span<const double> values, std::span<const int> group);
 
 /// Interval of a pooled within-cell SD without normality: Bonett's kurtosis-adjusted interval of
-/// the log variance [bonett2006], its upper end raised to that of the studentised bootstrap of
-/// residuals where this is higher (what misses for long tails is the upper end). Seeded.
+/// the log variance [bonett2006], with Student's quantile and medians [niwitpong2008], its upper
+/// end raised to that of the studentised bootstrap of residuals where this is higher (what misses
+/// for long tails is the upper end). Seeded.
 Interval bootstrap_sd_interval(std::span<const double> values, std::span<const int> cell,
                                std::uint64_t seed, int draws = 2000, double confidence = 0.95);
-
-/// Interval of the mean of independent values without normality: studentised bootstrap. Seeded.
-Interval bootstrap_mean_interval(std::span<const double> values, std::uint64_t seed,
-                                 int draws = 2000, double confidence = 0.95);
 
 /// p-values of the rows of analyse_variance without normality: whole subjects' residuals are drawn
 /// again with replacement, and the share of draws whose F reaches the observed one is counted.
