@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "osteomill/io/accuracy_case.hpp"
 #include "osteomill/io/control_case.hpp"
+#include "osteomill/io/fit_case.hpp"
 #include "osteomill/io/force_case.hpp"
 #include "osteomill/io/identify_case.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
@@ -16,6 +17,7 @@ namespace osteomill::cli {
 void add_catalogue(CLI::App& program);
 void add_deflect(CLI::App& program);
 void add_control(CLI::App& program);
+void add_fit(CLI::App& program);
 void add_force(CLI::App& program);
 void add_identify(CLI::App& program);
 void add_modes(CLI::App& program);
@@ -40,6 +42,7 @@ const std::vector<Command>& commands() {
       {"catalogue", add_catalogue, {}},
       {"deflect", add_deflect, io::bind_deflect},
       {"control", add_control, io::bind_control_keys},
+      {"fit", add_fit, io::bind_fit},
       {"force", add_force, io::bind_force},
       {"identify", add_identify, io::bind_identify},
       {"modes", add_modes, io::bind_modes},

@@ -77,6 +77,10 @@ void write_directory(const CaseArguments& arguments, const std::string& command,
       figure.draw(file);
       section.blocks.emplace_back(io::ReportPicture{figure.caption, io::read_text_file(file)});
     }
+    for (const TextFile& file : run.shown.files) {
+      const std::string prefix = runs.size() == 1 ? "" : run.name + "-";
+      io::write_text_file(output.file(prefix + file.name), file.text);
+    }
     if (run.shown.rows.size() > 1) section.blocks.emplace_back(table_of(run.shown.rows));
     for (const auto& rows : run.shown.tables) section.blocks.emplace_back(table_of(rows));
     for (const TextFile& file : run.shown.files) {

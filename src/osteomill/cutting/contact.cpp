@@ -2,6 +2,7 @@
 #include "osteomill/cutting/contact.hpp"
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -12,21 +13,35 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Functions whose zeros along the meridian are kinks of entry or exit.
-std::array<double, 5> kinks(const ProfilePoint& point, const Condition& condition,
-                            const LateralBand& band) {
-  const double sin_e = std::sin(condition.feed_elevation);
-  const double cos_e = std::cos(condition.feed_elevation);
+/// Where an edge leaves the band just as its normal turns away from the feed: a function whose
+/// zeros are kinks of entry or exit. sin theta at n · f = 0, and cos theta at the edge y of the
+/// band, then belong to one theta.
+double meet(const ProfilePoint& point, double sin_elevation, double y) {
   const double sin_k = std::sin(point.kappa);
-  const double cos_k = std::cos(point.kappa);
-  // sin theta at n · f = 0, and cos theta at the edge of the band, belong to one theta.
-  const auto meet = [&](double y) {
-    return y * y * sin_k * sin_k * cos_e * cos_e +
-           point.radius * point.radius *
-               (cos_k * cos_k * sin_e * sin_e - sin_k * sin_k * cos_e * cos_e);
-  };
-  return {point.radius - std::abs(band.low), point.radius - std::abs(band.high),
-          point.kappa - std::abs(condition.feed_elevation), meet(band.low), meet(band.high)};
+  const double horizontal_sq = sin_k * sin_k * (1.0 - sin_elevation * sin_elevation);
+  const double vertical_sq = (1.0 - sin_k * sin_k) * sin_elevation * sin_elevation;
+  return y * y * horizontal_sq + point.radius * point.radius * (vertical_sq - horizontal_sq);
+}
+
+/// Roots of a smooth function that has few.
+template <class Function>
+void add_roots(const Function& function, double from, double to, std::vector<double>& roots) {
+  constexpr int kSteps = 12;
+  double low = from;
+  double at_low = function(low);
+  for (int step = 1; step <= kSteps; ++step) {
+    const double high = from + (to - from) * step / kSteps;
+    const double at_high = function(high);
+    if ((at_low < 0.0) != (at_high < 0.0)) {
+      std::uintmax_t iterations = 30;
+      const auto [left, right] = boost::math::tools::toms748_solve(
+          function, low, high, at_low, at_high, boost::math::tools::eps_tolerance<double>(40),
+          iterations);
+      roots.push_back(0.5 * (left + right));
+    }
+    low = high;
+    at_low = at_high;
+  }
 }
 
 }  // namespace
@@ -77,31 +92,27 @@ std::vector<double> smooth_pieces(const Envelope& envelope, const Condition& con
   if (condition.feed_elevation == 0.0 && band.low <= -shank && band.high >= shank) {
     return ends;  // a level slot: every contact is half a turn
   }
-  const std::size_t parts = ends.size() - 1;
-  constexpr int kSteps = 48;
-  for (std::size_t part = 0; part < parts; ++part) {
-    if (envelope.is_cylinder(ends[part])) continue;
-    const auto place = [&](double share) {
-      return ends[part] + (ends[part + 1] - ends[part]) * share;
-    };
-    auto before = kinks(envelope.at(ends[part]), condition, band);
-    for (int step = 1; step <= kSteps; ++step) {
-      const double upper = place(static_cast<double>(step) / kSteps);
-      // Just inside the part: at its very end the next one begins.
-      const auto after = kinks(envelope.at(upper - 1e-12 * whole), condition, band);
-      for (std::size_t k = 0; k < after.size(); ++k) {
-        if ((before[k] < 0.0) == (after[k] < 0.0)) continue;
-        double low = place(static_cast<double>(step - 1) / kSteps);
-        double high = upper;
-        for (int i = 0; i < 48; ++i) {
-          const double middle = 0.5 * (low + high);
-          const bool negative = kinks(envelope.at(middle), condition, band)[k] < 0.0;
-          (negative == (before[k] < 0.0) ? low : high) = middle;
-        }
-        ends.push_back(0.5 * (low + high));
+  std::vector<double> kinks;
+  const double sides[] = {std::abs(band.low), std::abs(band.high)};
+  for (const double y : sides) {
+    const std::vector<double> reached = envelope.where_radius_is(y);
+    kinks.insert(kinks.end(), reached.begin(), reached.end());
+  }
+  if (condition.feed_elevation != 0.0) {
+    const std::vector<double> turned = envelope.where_kappa_is(std::abs(condition.feed_elevation));
+    kinks.insert(kinks.end(), turned.begin(), turned.end());
+    const double sin_elevation = std::sin(condition.feed_elevation);
+    for (std::size_t part = 0; part + 1 < ends.size(); ++part) {
+      if (envelope.is_cylinder(ends[part])) continue;
+      for (const double y : sides) {
+        if (y >= shank) continue;  // the whole cutter is on this side
+        const auto function = [&](double s) { return meet(envelope.at(s), sin_elevation, y); };
+        add_roots(function, ends[part], ends[part + 1] - 1e-12 * whole, kinks);
       }
-      before = after;
     }
+  }
+  for (const double kink : kinks) {
+    if (kink < whole) ends.push_back(kink);
   }
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end(),

@@ -88,7 +88,16 @@ void check(const Cutter& cutter) {
     check_corner(cutter);
   }
   if (cutter.shape == CutterShape::profile) check_profile(cutter);
+  if (cutter.shape == CutterShape::apt) {
+    const AptJoints joints = apt_joints(cutter.apt, cutter.corner_radius, cutter.cutting_length);
+    // Rounding of millimetres in a file.
+    if (!(std::abs(joints.top_radius - cutter.radius) < 1e-9 * units::mm + 1e-9 * cutter.radius)) {
+      throw InvalidInput(Fault{"cutter.radius", fmt::format("{:g} mm", cutter.radius / units::mm),
+                               "must be the radius at the top of the upper line", ""});
+    }
+  }
   check_flutes(cutter);
+  if (cutter.shank) check(*cutter.shank, cutter);
 }
 
 double radius_at(const Cutter& cutter, double z) {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
+
+#include "osteomill/cutting/shank.hpp"
 
 namespace osteomill::cutting {
 
@@ -10,6 +13,7 @@ enum class CutterShape {
   ball,
   bull,     ///< a corner of corner_radius below the cylinder
   tapered,  ///< a ball of corner_radius, then a cone of taper_angle up to the full radius
+  apt,      ///< the general cutter of APT: see AptShape
   profile,  ///< straight lines between the points of `profile`
 };
 
@@ -24,6 +28,26 @@ enum class Lead {
 struct ProfileCorner {
   double radius = 0.0;
   double z = 0.0;
+};
+
+/// The seven-parameter cutter of APT, [engin2001]: a line from the tip, a round corner, a line to
+/// the top. Its corner radius is that of the cutter, its height the cutting length; the cutter's
+/// radius is that of its top.
+struct AptShape {
+  double diameter = 0.0;      ///< twice the distance of the axis from where the lines meet, m
+  double corner_r = 0.0;      ///< of the corner's centre, from the axis, m
+  double corner_z = 0.0;      ///< of the corner's centre, above the tip, m
+  double bottom_angle = 0.0;  ///< of the lower line against the plane normal to the axis, rad
+  double side_angle = 0.0;    ///< of the upper line against the axis, widening upwards, rad
+};
+
+/// Where the parts of an APT cutter join.
+struct AptJoints {
+  ProfileCorner lower;       ///< end of the lower line, where the corner begins
+  ProfileCorner upper;       ///< end of the corner, where the upper line begins
+  double lower_kappa = 0.0;  ///< of the corner's ends, rad
+  double upper_kappa = 0.0;
+  double top_radius = 0.0;  ///< m
 };
 
 /// How the cutter sits in the spindle: its axis beside the spindle's by `offset` at the tip, and
@@ -52,17 +76,22 @@ struct Cutter {
   double helix_angle = 0.0;                 ///< rad; > 0 right-hand
   double rake_angle = 0.0;                  ///< rad
   double cutting_length = 0.0;              ///< axial length with edges, from the tip, m
-  double corner_radius = 0.0;               ///< bull and tapered, m
+  double corner_radius = 0.0;               ///< bull, tapered and apt, m
   double taper_angle = 0.0;                 ///< tapered: half the angle of the cone, rad
   std::vector<ProfileCorner> profile = {};  ///< from the tip up; radius and z do not fall
   Lead lead = Lead::constant_lead;
   std::vector<double> pitch = {};         ///< from each flute to the next, rad; empty: equal
   std::vector<double> radius_error = {};  ///< of each flute, m; empty: none
   RunOut run_out = {};
+  AptShape apt = {};
+  std::optional<Shank> shank = {};  ///< how it is held; forces do not need it
 };
 
 /// Throws InvalidInput that names the field, when the values do not make a cutter.
 void check(const Cutter& cutter);
+
+/// Throws InvalidInput where the lines and the corner do not meet to a profile that rises outwards.
+AptJoints apt_joints(const AptShape& apt, double corner_radius, double height);
 
 /// Radius of the envelope at height z above the tip, m; z >= 0, above the cutting length the shank
 /// is taken as full radius.

@@ -53,6 +53,18 @@ TEST(Cutter, RefusesWhatIsNoCutter) {
                  c.profile = {{1e-3, 0.0}, {2e-3, 1e-3}, {1e-3, 2e-3}};
                })),
                InvalidInput);
+  const auto apt = [&](AptShape shape, double corner) {
+    return broken([&](Cutter& c) {
+      c.shape = CutterShape::apt;
+      c.apt = shape;
+      c.corner_radius = corner;
+    });
+  };
+  EXPECT_NO_THROW(check(apt({8e-3, 2.5e-3, 1.5e-3, 0.0, 0.0}, 1.5e-3)));
+  EXPECT_THROW(check(apt({8e-3, 2.5e-3, 1.5e-3, 0.0, 0.0}, 1.2e-3)), InvalidInput);  // too small
+  EXPECT_THROW(check(apt({8e-3, 2.5e-3, 1.5e-3, 0.0, 0.1}, 1.5e-3)), InvalidInput);  // passes by
+  EXPECT_THROW(check(apt({8e-3, 2.5e-3, 1.5e-3, -0.1, 0.0}, 1.5e-3)), InvalidInput);
+  EXPECT_THROW(check(apt({9e-3, 3e-3, 1.5e-3, 0.0, 0.0}, 1.5e-3)), InvalidInput);  // radius is not
   EXPECT_THROW(check(broken([](Cutter& c) { c.pitch = {3.0, 3.0}; })), InvalidInput);
   EXPECT_THROW(check(broken([](Cutter& c) { c.pitch = {6.0}; })), InvalidInput);
   EXPECT_THROW(check(broken([](Cutter& c) { c.radius_error = {1e-6}; })), InvalidInput);

@@ -72,6 +72,41 @@ void check(const CuttingLaw& law) {
                  "deg");
 }
 
+namespace {
+
+EdgeForce edge_part_of(const EdgeForce& law) {
+  if (const auto* power = std::get_if<PowerLaw>(&law)) return LinearLaw{0.0, power->edge};
+  if (const auto* linear = std::get_if<LinearLaw>(&law)) return LinearLaw{0.0, linear->edge};
+  if (const auto* polynomial = std::get_if<PolynomialLaw>(&law)) {
+    return PolynomialLaw{{}, polynomial->edge};
+  }
+  return LinearLaw{};
+}
+
+}  // namespace
+
+CuttingLaw edge_part(const CuttingLaw& law) {
+  CuttingLaw edge = law;
+  const auto both = [](DirectionalLaw& one) {
+    one.at_0 = edge_part_of(one.at_0);
+    if (one.at_90) one.at_90 = edge_part_of(*one.at_90);
+  };
+  both(edge.tangential);
+  both(edge.radial);
+  if (edge.lateral) both(*edge.lateral);
+  return edge;
+}
+
+bool has_edge_force(const CuttingLaw& law) {
+  bool any = false;
+  for_each_law(law, [&](const EdgeForce& one, const std::string&) {
+    const EdgeForce edge = edge_part_of(one);
+    const auto* linear = std::get_if<LinearLaw>(&edge);
+    any = any || linear == nullptr || linear->edge != 0.0;
+  });
+  return any;
+}
+
 ChipRange range_of(const CuttingLaw& law) {
   ChipRange all;
   for_each_law(law, [&](const EdgeForce& one, const std::string&) {

@@ -63,6 +63,11 @@ EdgeComponents components(const CuttingLaw& law, const Chip& chip, double cosine
 /// Throws InvalidInput when the values make no law; fields are named "bone.tangential...".
 void check(const CuttingLaw& law);
 
+/// The law's edge forces alone: what an edge in contact takes whatever its chip. Nothing for laws
+/// without edge force, which do not tell rubbing from cutting.
+CuttingLaw edge_part(const CuttingLaw& law);
+bool has_edge_force(const CuttingLaw& law);
+
 /// The range that all components were measured on, m.
 ChipRange range_of(const CuttingLaw& law);
 

@@ -82,6 +82,7 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
     }
     const double sin_kappa = std::sin(row.kappa);
     const double cos_kappa = std::cos(row.kappa);
+    sum.at(row);
     for (std::size_t a = 0; a < angles; ++a) {
       if (!(width[a] > 0.0)) continue;
       const double sine = -motions_[a].y();
@@ -90,8 +91,8 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
       sum.push(sine, cosine, condition.feed_per_tooth * std::max(0.0, into), share * width[a],
                share * width_z[a]);
     }
-    sum.add_to(mean, row);
   }
+  sum.add_to(mean);
   return mean;
 }
 

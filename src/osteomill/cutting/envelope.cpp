@@ -22,20 +22,23 @@ Envelope::Envelope(const Cutter& cutter) : tan_helix_(std::tan(cutter.helix_angl
       parts_.back().radius = full;
       break;
     case CutterShape::ball:
-      add_arc(full, kQuarter);
+      add_arc(full, 0.0, kQuarter);
       break;
     case CutterShape::bull:
       parts_.back().radius = full - cutter.corner_radius;
-      add_arc(cutter.corner_radius, kQuarter);
+      add_arc(cutter.corner_radius, 0.0, kQuarter);
       break;
     case CutterShape::tapered: {
-      add_arc(cutter.corner_radius, kQuarter - cutter.taper_angle);
+      add_arc(cutter.corner_radius, 0.0, kQuarter - cutter.taper_angle);
       const Part& end = parts_.back();
       if (full > end.radius && cutter.taper_angle > 0.0) {
         add_line(full, end.z + (full - end.radius) / std::tan(cutter.taper_angle));
       }
       break;
     }
+    case CutterShape::apt:
+      add_apt(cutter);
+      break;
     case CutterShape::profile:
       parts_.back().radius = cutter.profile.front().radius;
       for (std::size_t i = 1; i < cutter.profile.size(); ++i) {
@@ -61,15 +64,31 @@ void Envelope::add_line(double radius, double z) {
   parts_.push_back(next);
 }
 
-void Envelope::add_arc(double corner_radius, double kappa) {
+void Envelope::add_arc(double corner_radius, double from_kappa, double to_kappa) {
   Part& from = parts_.back();
-  from.kappa = 0.0;
+  from.kappa = from_kappa;
   from.curvature = 1.0 / corner_radius;
   Part next;
-  next.begin = from.begin + corner_radius * kappa;
-  next.radius = from.radius + corner_radius * std::sin(kappa);
-  next.z = from.z + corner_radius * (1.0 - std::cos(kappa));
+  next.begin = from.begin + corner_radius * (to_kappa - from_kappa);
+  next.radius = from.radius + corner_radius * (std::sin(to_kappa) - std::sin(from_kappa));
+  next.z = from.z + corner_radius * (std::cos(from_kappa) - std::cos(to_kappa));
   parts_.push_back(next);
+}
+
+void Envelope::add_apt(const Cutter& cutter) {
+  const AptJoints joints = apt_joints(cutter.apt, cutter.corner_radius, cutter.cutting_length);
+  if (joints.lower.z > 0.0) {
+    add_line(joints.lower.radius, joints.lower.z);
+  } else {
+    parts_.back().radius = joints.lower.radius;  // a flat bottom has no edges
+  }
+  if (joints.upper_kappa > joints.lower_kappa) {
+    add_arc(cutter.corner_radius, joints.lower_kappa, joints.upper_kappa);
+  }
+  // What rounding leaves open at the joint goes to the upper line.
+  if (cutter.apt.side_angle > 0.0 && cutter.cutting_length > parts_.back().z) {
+    add_line(joints.top_radius, cutter.cutting_length);
+  }
 }
 
 void Envelope::close(const Cutter& cutter) {
@@ -139,6 +158,34 @@ bool Envelope::is_cylinder(double length) const {
 std::vector<double> Envelope::joints() const {
   std::vector<double> lengths;
   for (std::size_t i = 1; i < parts_.size(); ++i) lengths.push_back(parts_[i].begin);
+  return lengths;
+}
+
+std::vector<double> Envelope::where_radius_is(double radius) const {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i + 1 < parts_.size(); ++i) {
+    const Part& here = parts_[i];
+    double ds = 0.0;
+    if (here.curvature == 0.0) {
+      ds = (radius - here.radius) / std::cos(here.kappa);
+    } else {
+      const double sine = std::sin(here.kappa) + (radius - here.radius) * here.curvature;
+      if (!(std::abs(sine) < 1.0)) continue;
+      ds = (std::asin(sine) - here.kappa) / here.curvature;
+    }
+    if (ds > 0.0 && here.begin + ds < parts_[i + 1].begin) lengths.push_back(here.begin + ds);
+  }
+  return lengths;
+}
+
+std::vector<double> Envelope::where_kappa_is(double kappa) const {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i + 1 < parts_.size(); ++i) {
+    const Part& here = parts_[i];
+    if (here.curvature == 0.0) continue;
+    const double ds = (kappa - here.kappa) / here.curvature;
+    if (ds > 0.0 && here.begin + ds < parts_[i + 1].begin) lengths.push_back(here.begin + ds);
+  }
   return lengths;
 }
 

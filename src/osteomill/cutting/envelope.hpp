@@ -32,6 +32,10 @@ class Envelope {
   bool is_cylinder(double length) const;
   /// Lengths where parts join.
   std::vector<double> joints() const;
+  /// Lengths inside parts where the radius, or kappa on a round part, has a value; none where it
+  /// does not change.
+  std::vector<double> where_radius_is(double radius) const;
+  std::vector<double> where_kappa_is(double kappa) const;
 
  private:
   struct Part {
@@ -46,7 +50,8 @@ class Envelope {
   };
   const Part& part(double length) const;
   void add_line(double radius, double z);
-  void add_arc(double corner_radius, double kappa);
+  void add_arc(double corner_radius, double from_kappa, double to_kappa);
+  void add_apt(const Cutter& cutter);
   void close(const Cutter& cutter);
 
   std::vector<Part> parts_;

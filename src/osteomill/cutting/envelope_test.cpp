@@ -18,11 +18,18 @@ Cutter of(CutterShape shape) {
   cutter.corner_radius = 1.5e-3;
   cutter.taper_angle = 7.0 * units::deg;
   cutter.profile = {{1e-3, 0.0}, {2e-3, 1e-3}, {2.5e-3, 4e-3}, {4e-3, 4.5e-3}};
+  if (shape == CutterShape::apt) {
+    // A corner that touches a bottom line at 20 degrees and crosses a side line at 5 degrees.
+    const double bottom = 20.0 * units::deg;
+    cutter.apt = {7e-3, 2e-3, 2e-3 * std::tan(bottom) + 1.5e-3 / std::cos(bottom), bottom,
+                  5.0 * units::deg};
+    cutter.radius = apt_joints(cutter.apt, cutter.corner_radius, cutter.cutting_length).top_radius;
+  }
   return cutter;
 }
 
-const CutterShape kShapes[] = {CutterShape::cylindrical, CutterShape::ball, CutterShape::bull,
-                               CutterShape::tapered, CutterShape::profile};
+const CutterShape kShapes[] = {CutterShape::cylindrical, CutterShape::ball,    CutterShape::bull,
+                               CutterShape::tapered,     CutterShape::profile, CutterShape::apt};
 
 TEST(Envelope, RunsAlongItsOwnNormal) {
   for (const CutterShape shape : kShapes) {
@@ -85,8 +92,49 @@ TEST(Envelope, OfALimitingCaseIsTheSimplerShape) {
       EXPECT_NEAR(point.lag, ball.at(s).lag, 1e-12);
     }
   }
+  const auto is_as = [](const Cutter& one, const Cutter& other) {
+    check(one);
+    for (double s = 0.0; s < 18e-3; s += 0.5e-3) {
+      const ProfilePoint a = Envelope(one).at(s), b = Envelope(other).at(s);
+      EXPECT_NEAR(a.radius, b.radius, 1e-12) << s;
+      EXPECT_NEAR(a.z, b.z, 1e-12);
+      EXPECT_NEAR(a.kappa, b.kappa, 1e-7);  // the root of a rounded zero in the tangent's chord
+      EXPECT_NEAR(a.lag, b.lag, 1e-9);
+    }
+  };
+  Cutter apt = of(CutterShape::cylindrical);
+  apt.shape = CutterShape::apt;
+  apt.corner_radius = 0.0;
+  apt.apt = {8e-3, 4e-3, 0.0, 0.0, 0.0};
+  is_as(apt, of(CutterShape::cylindrical));
+  apt.corner_radius = 4e-3;
+  apt.apt = {8e-3, 0.0, 4e-3, 0.0, 0.0};
+  is_as(apt, of(CutterShape::ball));
+  apt.corner_radius = 1.5e-3;
+  apt.apt = {8e-3, 2.5e-3, 1.5e-3, 0.0, 0.0};
+  is_as(apt, of(CutterShape::bull));
   EXPECT_NEAR(Envelope(of(CutterShape::tapered)).at(1.5e-3 * (kPi / 2.0 - 7.0 * units::deg)).kappa,
               83.0 * units::deg, 1e-12);
+}
+
+TEST(Envelope, KnowsWhereARadiusAndAnAngleAre) {
+  for (const CutterShape shape : kShapes) {
+    const Envelope envelope(of(shape));
+    for (const double s : {0.4e-3, 1.3e-3, 2.9e-3}) {
+      const ProfilePoint point = envelope.at(s);
+      bool found_radius = envelope.is_cylinder(s), found_kappa = false;
+      for (const double at : envelope.where_radius_is(point.radius)) {
+        EXPECT_NEAR(envelope.at(at).radius, point.radius, 1e-15);
+        found_radius = found_radius || std::abs(at - s) < 1e-9;
+      }
+      for (const double at : envelope.where_kappa_is(point.kappa)) {
+        EXPECT_NEAR(envelope.at(at).kappa, point.kappa, 1e-12);
+        found_kappa = found_kappa || std::abs(at - s) < 1e-9;
+      }
+      EXPECT_TRUE(found_radius) << static_cast<int>(shape) << " " << s;
+      EXPECT_EQ(found_kappa, envelope.at(s + 1e-6).kappa != point.kappa) << s;
+    }
+  }
 }
 
 }  // namespace

@@ -34,6 +34,12 @@ double Flutes::deviation(int flute, const ProfilePoint& point) const {
          run_out_.tilt * point.z * std::cos(run_out_.tilt_angle - at);
 }
 
+double Flutes::since(int flute, int before) const {
+  // A flute of larger lag passes later: the one before has the smaller lag.
+  const double turn = angle(flute) - angle((flute - before + count()) % count());
+  return turn > 0.0 ? turn : turn + kTurn;
+}
+
 double Flutes::chip(int flute, const ProfilePoint& point, double feed_per_tooth,
                     double into) const {
   if (equal_) return feed_per_tooth * into;
@@ -42,18 +48,55 @@ double Flutes::chip(int flute, const ProfilePoint& point, double feed_per_tooth,
   const double own = deviation(flute, point);
   double least = std::numeric_limits<double>::infinity();
   for (int before = 1; before <= count(); ++before) {
-    // A flute of larger lag passes later: the one before has the smaller lag.
     const int other = (flute - before + count()) % count();
-    double since = angle(flute) - angle(other);
-    if (since <= 0.0) since += kTurn;
-    least = std::min(
-        least, feed_a_turn * since / kTurn * into + (own - deviation(other, point)) * sin_kappa);
+    least = std::min(least, feed_a_turn * since(flute, before) / kTurn * into +
+                                (own - deviation(other, point)) * sin_kappa);
   }
   return least;
 }
 
+void Flutes::chip_pieces(int flute, const std::vector<double>& deviations, double sin_kappa,
+                         double feed_per_tooth, std::vector<ChipPiece>& pieces) const {
+  pieces.clear();
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const auto line = [&](int before) {
+    const int other = (flute - before + count()) % count();
+    return ChipPiece{0.0, feed_per_tooth * count() * since(flute, before) / kTurn,
+                     (deviations[static_cast<std::size_t>(flute)] -
+                      deviations[static_cast<std::size_t>(other)]) *
+                         sin_kappa};
+  };
+  // The least of rising lines is concave and rises: walk from line to line, from that which is
+  // least at into = 0.
+  ChipPiece here = line(1);
+  for (int before = 2; before <= count(); ++before) {
+    const ChipPiece other = line(before);
+    if (other.start < here.start || (other.start == here.start && other.rise < here.rise)) {
+      here = other;
+    }
+  }
+  while (true) {
+    ChipPiece next{kNever, 0.0, 0.0};
+    for (int before = 1; before <= count(); ++before) {
+      ChipPiece other = line(before);
+      if (!(other.rise < here.rise)) continue;
+      other.from = (other.start - here.start) / (here.rise - other.rise);
+      if (other.from < next.from || (other.from == next.from && other.rise < next.rise)) {
+        next = other;
+      }
+    }
+    const double begins = here.start < 0.0 ? -here.start / here.rise : 0.0;
+    here.from = std::max(here.from, begins);
+    if (here.rise > 0.0 && here.from < next.from) pieces.push_back(here);
+    if (next.from == kNever) return;
+    here = next;
+  }
+}
+
 double trochoidal_chip(double radius, double feed_per_tooth, int flutes, double theta) {
   const double a = feed_per_tooth * flutes / kTurn;
+  // Near the axis teeth do not outrun the feed: there is no tooth path to speak of.
+  if (radius < 2.0 * feed_per_tooth) return feed_per_tooth * std::sin(theta);
   const double cosine = std::cos(theta);
   double d = 0.0;
   // Newton on a nearly linear function: d is of the order of c/r.

@@ -53,6 +53,29 @@ TEST(Flutes, OfATwoFlutedCutterWithRunOutDifferByTwiceTheOffset) {
   EXPECT_NEAR(flutes.chip(1, tip, 10e-6, 1.0), 6e-6, 1e-15);
 }
 
+TEST(Flutes, HaveTheirChipInPiecesToo) {
+  Cutter cutter{CutterShape::cylindrical, 3e-3, 4, 0.0, 0.0, 10e-3};
+  cutter.radius_error = {0.0, 2e-6, -3e-6, 1e-6};
+  cutter.pitch = {80.0 * units::deg, 95.0 * units::deg, 85.0 * units::deg, 100.0 * units::deg};
+  for (const double offset : {0.0, 1e-6, 6e-6}) {
+    cutter.run_out = {offset, 0.3, 1e-4, 1.0};
+    const Flutes flutes(cutter);
+    std::vector<double> deviations;
+    for (int j = 0; j < 4; ++j) deviations.push_back(flutes.deviation(j, upright()));
+    for (int j = 0; j < 4; ++j) {
+      std::vector<Flutes::ChipPiece> pieces;
+      flutes.chip_pieces(j, deviations, 1.0, 5e-6, pieces);
+      for (double into = 0.005; into < 1.0; into += 0.01) {
+        double h = 0.0;
+        for (const auto& piece : pieces) {
+          if (into >= piece.from) h = piece.rise * into + piece.start;
+        }
+        EXPECT_NEAR(h, std::max(0.0, flutes.chip(j, upright(), 5e-6, into)), 1e-18) << j;
+      }
+    }
+  }
+}
+
 TEST(TrochoidalChip, SatisfiesItsOwnGeometry) {
   const double r = 3e-3;
   const double c = 0.3e-3;

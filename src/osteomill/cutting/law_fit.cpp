@@ -6,9 +6,11 @@
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/numerics/distributions.hpp"
 
 namespace osteomill::cutting {
 namespace {
@@ -38,19 +40,23 @@ void check(const std::vector<OrthogonalCut>& cuts) {
 }
 
 FitQuality quality(const std::vector<OrthogonalCut>& cuts, const EdgeForce& law) {
-  double square = 0.0;
+  const double n = static_cast<double>(cuts.size());
+  double square = 0.0, sum = 0.0, sum_square = 0.0;
   for (const OrthogonalCut& cut : cuts) {
     const double residual = force_per_width(law, cut.h) - cut.force;
     square += residual * residual;
+    sum += cut.force;
+    sum_square += cut.force * cut.force;
   }
-  const double n = static_cast<double>(cuts.size());
+  const double spread = sum_square - sum * sum / n;
   constexpr double kParameters = 4.0;  // three of the law and the variance
   const double correction = n > kParameters + 1.0
                                 ? 2.0 * kParameters * (kParameters + 1.0) / (n - kParameters - 1.0)
                                 : std::numeric_limits<double>::infinity();
   // The least double instead of an exact fit's ln 0.
   const double ms = std::max(square / n, std::numeric_limits<double>::min());
-  return {std::sqrt(square / n), n * std::log(ms) + 2.0 * kParameters + correction};
+  return {std::sqrt(square / n), spread > 0.0 ? 1.0 - square / spread : 0.0,
+          n * std::log(ms) + 2.0 * kParameters + correction};
 }
 
 /// Best K and F_e >= 0 for one exponent.
@@ -81,6 +87,69 @@ double misfit(const std::vector<OrthogonalCut>& cuts, const PowerLaw& law) {
 }
 
 }  // namespace
+
+namespace {
+
+/// Forces by chip thickness; thicknesses within 1e-9 of each other are one.
+std::vector<std::pair<double, std::vector<double>>> by_thickness(std::vector<OrthogonalCut> cuts) {
+  std::stable_sort(cuts.begin(), cuts.end(),
+                   [](const OrthogonalCut& a, const OrthogonalCut& b) { return a.h < b.h; });
+  std::vector<std::pair<double, std::vector<double>>> groups;
+  for (const OrthogonalCut& cut : cuts) {
+    if (groups.empty() || cut.h > groups.back().first * (1.0 + 1e-9)) groups.push_back({cut.h, {}});
+    groups.back().second.push_back(cut.force);
+  }
+  return groups;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+double squares_about(const std::vector<double>& values, double mean) {
+  double sum = 0.0;
+  for (const double value : values) sum += (value - mean) * (value - mean);
+  return sum;
+}
+
+}  // namespace
+
+std::vector<OrthogonalCut> averaged(const std::vector<OrthogonalCut>& cuts) {
+  std::vector<OrthogonalCut> means;
+  for (const auto& [h, forces] : by_thickness(cuts)) means.push_back({h, mean_of(forces)});
+  return means;
+}
+
+std::vector<SpeedEffect> speed_effects(const std::vector<OrthogonalCut>& slow,
+                                       const std::vector<OrthogonalCut>& fast) {
+  std::vector<SpeedEffect> effects;
+  const auto fast_groups = by_thickness(fast);
+  for (const auto& [h, slow_forces] : by_thickness(slow)) {
+    const double thickness = h;
+    const auto same = std::find_if(fast_groups.begin(), fast_groups.end(), [&](const auto& group) {
+      return std::abs(group.first - thickness) <= 1e-9 * thickness;
+    });
+    if (same == fast_groups.end() || slow_forces.size() < 2 || same->second.size() < 2) continue;
+    SpeedEffect effect;
+    effect.h = h;
+    effect.slow_cuts = static_cast<int>(slow_forces.size());
+    effect.fast_cuts = static_cast<int>(same->second.size());
+    effect.slow_mean = mean_of(slow_forces);
+    effect.fast_mean = mean_of(same->second);
+    effect.degrees_of_freedom = effect.slow_cuts + effect.fast_cuts - 2.0;
+    const double variance = (squares_about(slow_forces, effect.slow_mean) +
+                             squares_about(same->second, effect.fast_mean)) /
+                            effect.degrees_of_freedom;
+    if (!(variance > 0.0)) continue;
+    effect.t = (effect.fast_mean - effect.slow_mean) /
+               std::sqrt(variance * (1.0 / effect.slow_cuts + 1.0 / effect.fast_cuts));
+    effect.p = numerics::student_t_two_sided_p(effect.t, effect.degrees_of_freedom);
+    effects.push_back(effect);
+  }
+  return effects;
+}
 
 PowerFit fit_power_law(const std::vector<OrthogonalCut>& cuts) {
   check(cuts);

@@ -17,7 +17,8 @@ struct OrthogonalCut {
 
 /// How well a law fits, in a way that laws of different form can be compared.
 struct FitQuality {
-  double rms = 0.0;  ///< of the residual force per width, N/m
+  double rms = 0.0;        ///< of the residual force per width, N/m
+  double r_squared = 0.0;  ///< 1 less the residual's over the force's sum of squares
   double aicc =
       0.0;  ///< Akaike's criterion for small samples on the same residuals; less is better
 };
@@ -39,6 +40,25 @@ struct LogFit {
   FitQuality quality;
   std::string status = "not run";
 };
+
+/// Cuts of one chip thickness as their mean: [plaskos2006] 2.2 fits points that are the average of
+/// about four cuts.
+std::vector<OrthogonalCut> averaged(const std::vector<OrthogonalCut>& cuts);
+
+/// Whether two speeds differ in force at one chip thickness: the unpaired t-test of Student (two
+/// samples, equal variance), [plaskos2006] 2.2.
+struct SpeedEffect {
+  double h = 0.0;  ///< m
+  int slow_cuts = 0, fast_cuts = 0;
+  double slow_mean = 0.0, fast_mean = 0.0;  ///< N/m
+  double t = 0.0;                           ///< > 0 when the fast cuts take more force
+  double degrees_of_freedom = 0.0;
+  double p = 1.0;  ///< two-sided
+};
+
+/// At each chip thickness that both have with two cuts or more and some scatter; thinnest first.
+std::vector<SpeedEffect> speed_effects(const std::vector<OrthogonalCut>& slow,
+                                       const std::vector<OrthogonalCut>& fast);
 
 /// For each n the best K and F_e are a linear problem, so the fit is a search over n alone and
 /// finds the global least of its bracket. Throws InvalidInput for fewer than four cuts or none of

@@ -83,6 +83,31 @@ TEST(Fits, PreferTheLogLawForARadialForceThatPeaks) {
   EXPECT_LT(fit_log_law(cuts).quality.aicc, fit_power_law(cuts).quality.aicc - 10.0);
 }
 
+TEST(Fits, OfAveragedCutsAreThoseOfTheMeans) {
+  const std::vector<OrthogonalCut> cuts = {{10e-6, 3e3}, {5e-6, 2e3}, {10e-6, 5e3}, {5e-6, 2.4e3}};
+  const auto means = averaged(cuts);
+  ASSERT_EQ(means.size(), 2u);
+  EXPECT_DOUBLE_EQ(means[0].h, 5e-6);
+  EXPECT_DOUBLE_EQ(means[0].force, 2.2e3);
+  EXPECT_DOUBLE_EQ(means[1].force, 4e3);
+}
+
+TEST(SpeedEffect, IsStudentsUnpairedTest) {
+  // R: t.test(c(5.1, 5.3, 5.0, 5.4), c(4.2, 4.0, 4.5), var.equal = TRUE): t = 5.944420,
+  // df = 5, p = 0.00192457.
+  std::vector<OrthogonalCut> slow, fast;
+  for (const double f : {4.2, 4.0, 4.5}) slow.push_back({2.54e-6, f * 1e3});
+  for (const double f : {5.1, 5.3, 5.0, 5.4}) fast.push_back({2.54e-6, f * 1e3});
+  slow.push_back({10e-6, 1e3});  // a single cut tells nothing
+  fast.push_back({10e-6, 2e3});
+  const auto effects = speed_effects(slow, fast);
+  ASSERT_EQ(effects.size(), 1u);
+  EXPECT_DOUBLE_EQ(effects[0].degrees_of_freedom, 5.0);
+  EXPECT_NEAR(effects[0].t, 5.944420, 1e-6);
+  EXPECT_NEAR(effects[0].p, 0.00192457, 1e-8);
+  EXPECT_TRUE(speed_effects(slow, {}).empty());
+}
+
 TEST(Fits, RefuseTooFewOrImpossibleCuts) {
   const auto cuts = cuts_of(PowerLaw{60e3, 0.6, 0.0});
   EXPECT_THROW(fit_power_law({cuts[0], cuts[3], cuts[6]}), InvalidInput);

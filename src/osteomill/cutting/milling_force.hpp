@@ -58,15 +58,23 @@ geometry::Vector3 edge_force(const CuttingLaw& law, double h, const geometry::Ve
                              const geometry::Vector3& t, const geometry::Vector3& n,
                              const ProfilePoint& point);
 
-/// Mean over a revolution in a nominal cut, by Gauss quadrature between exact entry and exit.
-/// Relative error below 1e-5 for the laws here (edge laws have an infinite slope at h = 0, so the
-/// nodes are gathered at entry and exit).
+/// How well a mean is wanted.
+struct MeanOptions {
+  /// Largest error of the mean force, relative to its magnitude. Adaptive: each smooth piece of the
+  /// envelope gets more nodes until that changes it by less than its share. The errors are smaller
+  /// than the changes that stop it (tested).
+  double tolerance = 1e-5;
+};
+
+/// Mean over a revolution in a nominal cut, by Gauss quadrature between exact entry and exit (edge
+/// laws have an infinite slope at h = 0, so the nodes are gathered there).
 Load mean_load(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
-               const Immersion& immersion);
+               const Immersion& immersion, const MeanOptions& options = {});
 
 /// The same for each flute; they differ with pitch, radius errors and run-out.
 std::vector<Load> flute_means(const Cutter& cutter, const CuttingLaw& law,
-                              const Condition& condition, const Immersion& immersion);
+                              const Condition& condition, const Immersion& immersion,
+                              const MeanOptions& options = {});
 
 /// Instantaneous loads over a revolution in a nominal cut; every flute is integrated along its edge
 /// between the exact ends of its contact.

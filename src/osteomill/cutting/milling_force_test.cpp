@@ -89,7 +89,8 @@ TEST(MillingForce, OfALinearLawInASlotIsThePublishedSixCoefficientFormula) {
   const Cutter cutter = plaskos(3, 25.0);
   const double c = 20e-6;
   const double a = 5e-3;
-  const Load load = mean_load(cutter, linear(), at(20.0), {ImmersionKind::slot, 0.0, a});
+  const Load load =
+      mean_load(cutter, linear(), at(20.0), {ImmersionKind::slot, 0.0, a}, {.tolerance = 1e-10});
   // Means of sin² and sin over a half turn; three flutes.
   const Vector3 expected(-3.0 * a * (90e6 * c / 4.0 + 5e3 / kPi),
                          3.0 * a * (200e6 * c / 4.0 + 3e3 / kPi),
@@ -148,11 +149,16 @@ TEST(MillingForce, InstantaneousAveragesToTheMeanForEveryShapeAndFlute) {
   Cutter profile = ball(2);
   profile.shape = CutterShape::profile;
   profile.profile = {{1e-3, 0.0}, {2e-3, 1e-3}, {2.5e-3, 4e-3}, {4e-3, 4.5e-3}};
+  Cutter apt = ball(3);
+  apt.shape = CutterShape::apt;
+  apt.corner_radius = 1e-3;
+  apt.apt = {7e-3, 2.5e-3, 1e-3, 0.0, 0.0};
+  apt.radius = 3.5e-3;
   Cutter uneven = plaskos(3);
   uneven.pitch = {100.0 * units::deg, 120.0 * units::deg, 140.0 * units::deg};
   Cutter eccentric = plaskos(2);
   eccentric.run_out = {3e-6, 0.4, 2e-4, 1.0};
-  for (const Cutter& cutter : {bull, taper, profile, uneven, eccentric}) {
+  for (const Cutter& cutter : {bull, taper, profile, apt, uneven, eccentric}) {
     check(cutter);
     for (const double elevation : {0.0, -20.0}) {
       const Immersion cut{ImmersionKind::down, 2.2e-3, 5e-3};
@@ -162,6 +168,40 @@ TEST(MillingForce, InstantaneousAveragesToTheMeanForEveryShapeAndFlute) {
       // As above; a flute that run-out lifts off within a panel of 3 degrees adds its share.
       EXPECT_LT((average - mean.force).norm(), 2e-3 * mean.force.norm())
           << static_cast<int>(cutter.shape) << " " << elevation;
+    }
+  }
+}
+
+TEST(MeanForce, IsAsGoodAsItIsAskedFor) {
+  Cutter bull = ball(3);
+  bull.shape = CutterShape::bull;
+  bull.corner_radius = 1e-3;
+  Cutter uneven = plaskos(4);
+  uneven.radius_error = {0.0, 2e-6, -3e-6, 1e-6};
+  Cutter eccentric = plaskos(2);
+  eccentric.run_out = {3e-6, 0.4, 2e-4, 1.0};
+  CuttingLaw ploughs = bovine();
+  ploughs.minimum_chip = 1e-6;
+  CuttingLaw puw = bovine();
+  puw.orientation = OrientationCriterion::puw_hocheng;
+  for (const Cutter& cutter : {plaskos(2), ball(), bull, uneven, eccentric}) {
+    for (const CuttingLaw& law : {bovine(), linear(), ploughs, puw}) {
+      for (const double elevation : {0.0, -20.0, 30.0}) {
+        for (const ImmersionKind kind :
+             {ImmersionKind::slot, ImmersionKind::up, ImmersionKind::down}) {
+          for (const double depth : {0.4e-3, 3e-3}) {
+            const Immersion cut{kind, depth, depth};
+            const Condition condition = at(7.0, elevation, 30.0);
+            const Vector3 exact = mean_load(cutter, law, condition, cut, {1e-9}).force;
+            for (const double tolerance : {1e-2, 1e-4}) {
+              const Vector3 one = mean_load(cutter, law, condition, cut, {tolerance}).force;
+              EXPECT_LT((one - exact).norm(), tolerance * exact.norm())
+                  << static_cast<int>(cutter.shape) << " " << elevation << " "
+                  << static_cast<int>(kind) << " " << depth;
+            }
+          }
+        }
+      }
     }
   }
 }

@@ -9,11 +9,13 @@
 #include <numbers>
 
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/engaged_force.hpp"
 
 namespace osteomill::cutting {
 namespace {
 
 using geometry::Vector3;
+constexpr double kTurn = 2.0 * std::numbers::pi;
 
 /// Amplitude of the k-th harmonic of each component.
 Vector3 harmonic(const Revolution& revolution, int k) {
@@ -72,14 +74,56 @@ Prediction summarise(const Cutter& cutter, const CuttingLaw& law, const Conditio
 
 Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                    const Immersion& immersion, const PredictionOptions& options) {
-  Condition still = condition;
-  still.feed_per_tooth = 0.0;
-  return summarise(
-      cutter, law, condition,
-      {mean_load(cutter, law, condition, immersion), mean_load(cutter, law, still, immersion),
-       revolution(cutter, law, condition, immersion, options.steps),
-       removal_rate(cutter, condition, immersion), largest_chip(cutter, condition, immersion)},
-      options);
+  SolvedCut solved;
+  std::vector<Vector3> flutes;
+  for (const Load& one : flute_means(cutter, law, condition, immersion)) {
+    solved.mean += one;
+    flutes.push_back(one.force);
+  }
+  if (has_edge_force(law)) {
+    solved.rubbing = mean_load(cutter, edge_part(law), condition, immersion);
+  }
+  solved.revolution = revolution(cutter, law, condition, immersion, options.steps);
+  solved.removal_rate = removal_rate(cutter, condition, immersion);
+  solved.largest_chip = largest_chip(cutter, condition, immersion);
+  Prediction result = summarise(cutter, law, condition, solved, options);
+  result.flute_means = flutes;
+  return result;
+}
+
+Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+                   const Engagement& map, const PredictionOptions& options) {
+  const EngagedForce model(cutter, law, map.angles, map.slices, map.slice_height);
+  SolvedCut solved;
+  solved.mean = model.mean(map, condition);
+  if (has_edge_force(law)) {
+    solved.rubbing = EngagedForce(cutter, edge_part(law), map.angles, map.slices, map.slice_height)
+                         .mean(map, condition);
+  }
+  solved.revolution = model.revolution(map, condition, options.steps);
+  const Envelope envelope(cutter);
+  double area = 0.0;
+  for (int slice = 0; slice < map.slices; ++slice) {
+    const double from = envelope.length_to(slice * map.slice_height);
+    const double to = envelope.length_to((slice + 1) * map.slice_height);
+    const ProfilePoint point = envelope.at(0.5 * (from + to));
+    for (int angle = 0; angle < map.angles; ++angle) {
+      const double weight = map.at(slice, angle);
+      if (weight == 0.0) continue;
+      const double h = chip_thickness(condition, kTurn * (angle + 0.5) / map.angles, point.kappa);
+      solved.largest_chip = std::max(solved.largest_chip, h);
+      if (condition.feed_per_tooth > 0.0) {
+        area +=
+            weight * (to - from) * point.radius * kTurn / map.angles * h / condition.feed_per_tooth;
+      }
+    }
+  }
+  solved.removal_rate = area * feed_rate(condition, cutter.flutes);
+  Prediction result = summarise(cutter, law, condition, solved, options);
+  // The map takes all flutes as equal.
+  result.flute_means.assign(static_cast<std::size_t>(cutter.flutes),
+                            Vector3(solved.mean.force / cutter.flutes));
+  return result;
 }
 
 }  // namespace osteomill::cutting

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "osteomill/cutting/engagement.hpp"
 #include "osteomill/cutting/milling_force.hpp"
 
 namespace osteomill::cutting {
@@ -24,8 +25,8 @@ struct Prediction {
   double peak_torque = 0.0;                            ///< N m
   double peak_bending_moment = 0.0;                    ///< at the top of the cutting length, N m
   double spindle_power = 0.0;                          ///< mean, W
-  /// Of the spindle power, what the edges take at zero chip: edge forces, all of which rub. 0 for
-  /// laws without edge force, which do not tell rubbing from cutting.
+  /// Of the spindle power, what the edge forces take: all of it rubs. 0 for laws without edge
+  /// force, which do not tell rubbing from cutting.
   double rubbing_power = 0.0;
   double feed_power = 0.0;       ///< mean, W; < 0 when the cut pulls the cutter along
   double removal_rate = 0.0;     ///< m³/s
@@ -33,17 +34,22 @@ struct Prediction {
   double feed_per_tooth = 0.0;   ///< m
   double largest_chip = 0.0;     ///< m
   std::vector<geometry::Vector3> harmonics;    ///< amplitude at 1, 2, ... times spindle speed, N
-  std::vector<geometry::Vector3> flute_means;  ///< mean force of each flute, N; nominal cuts only
+  std::vector<geometry::Vector3> flute_means;  ///< mean force of each flute, N
   std::vector<std::string> warnings;
 };
 
 Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                    const Immersion& immersion, const PredictionOptions& options = {});
 
+/// From an engagement map, as the stock delivers it. Where its weights are shares of contact the
+/// removal rate is that of the bone; where they carry strength it is that of reference bone.
+Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
+                   const Engagement& map, const PredictionOptions& options = {});
+
 /// What a solved cut is made of, however it was solved.
 struct SolvedCut {
   Load mean;
-  Load rubbing;  ///< mean at zero chip
+  Load rubbing;  ///< mean of the edge forces alone
   Revolution revolution;
   double removal_rate = 0.0;  ///< m³/s
   double largest_chip = 0.0;  ///< m

@@ -8,7 +8,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
-#include "osteomill/cutting/engaged_force.hpp"
+#include "osteomill/cutting/envelope.hpp"
 
 namespace osteomill::cutting {
 namespace {
@@ -127,33 +127,7 @@ Engagement engagement_of(const TiltedCut& cut, const Cutter& cutter, const Condi
 Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& level,
                    const TiltedCut& cut, const PredictionOptions& options) {
   const Condition condition = condition_of(cut, level);
-  const Engagement map = engagement_of(cut, cutter, condition);
-  const EngagedForce model(cutter, law, map.angles, map.slices, map.slice_height);
-  Condition still = condition;
-  still.feed_per_tooth = 0.0;
-  SolvedCut solved;
-  solved.mean = model.mean(map, condition);
-  solved.rubbing = model.mean(map, still);
-  solved.revolution = model.revolution(map, condition, options.steps);
-  const Envelope envelope(cutter);
-  double area = 0.0;
-  for (int slice = 0; slice < map.slices; ++slice) {
-    const double from = envelope.length_to(slice * map.slice_height);
-    const double to = envelope.length_to((slice + 1) * map.slice_height);
-    const ProfilePoint point = envelope.at(0.5 * (from + to));
-    for (int angle = 0; angle < map.angles; ++angle) {
-      const double weight = map.at(slice, angle);
-      if (weight == 0.0) continue;
-      const double h = chip_thickness(condition, kTurn * (angle + 0.5) / map.angles, point.kappa);
-      solved.largest_chip = std::max(solved.largest_chip, h);
-      if (condition.feed_per_tooth > 0.0) {
-        area +=
-            weight * (to - from) * point.radius * kTurn / map.angles * h / condition.feed_per_tooth;
-      }
-    }
-  }
-  solved.removal_rate = area * feed_rate(condition, cutter.flutes);
-  return summarise(cutter, law, condition, solved, options);
+  return predict(cutter, law, condition, engagement_of(cut, cutter, condition), options);
 }
 
 }  // namespace osteomill::cutting

@@ -9,6 +9,7 @@
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/catalogue.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/vibration/cutter_beam.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -85,9 +86,10 @@ void bind(Section& section, DeflectCase& one, DeflectTables& tables) {
   bind_bone(section, one.bone);
   bind_cut(section, tables.cut);
   const bool has_beam = section.has("beam"), has_tool = section.has("tool");
-  if (section.when(!has_beam || has_tool)) bind_tool(section, tables);
+  const bool has_shank = tables.cutter.cutter.shank.has_value();
+  if (section.when(has_tool || !(has_beam || has_shank))) bind_tool(section, tables);
   if (section.when(section.has("structure"))) {
-    bind_structure(section, tables.structure);
+    bind_structure(section, tables.structure, &tables.cutter.cutter);
   } else if (has_beam) {
     bind_beam(section, tables.beam);
   }
@@ -274,7 +276,7 @@ DeflectCase read_deflect_case(const CaseRun& run) {
   DeflectTables tables;
   one.expanded = Section::read(run, [&](Section& section) { bind(section, one, tables); });
   one.condition = condition_of(tables.cut, tables.cutter.cutter);
-  cutting::check(one.bone.law);
+  settle(one.bone, tables.cutter.cutter, one.condition.spindle_speed);
   one.cutter = tables.cutter.cutter;
   one.immersion = tables.cut.immersion;
   const double support = tables.support ? 1.0 / *tables.support : 0.0;
@@ -288,6 +290,8 @@ DeflectCase read_deflect_case(const CaseRun& run) {
       Section::read(alone, [&](Section& section) { bind_beam(section, beam); });
     }
     one.tool = ToolCompliance::of_beam(beam, support);
+  } else if (!given.contains("tool") && one.cutter.shank) {
+    one.tool = ToolCompliance::of_beam(vibration::beam_of(one.cutter), support);
   } else {
     one.tool = ToolCompliance::cantilever(tables.length, tables.diameter, tables.modulus, support);
   }
@@ -313,6 +317,10 @@ OptimiseCase read_optimise_case(const CaseRun& run) {
   OptimiseCase one;
   OptimiseTables tables;
   one.expanded = Section::read(run, [&](Section& section) { bind(section, one, tables); });
+  if (!tables.bone.tested.empty() || !tables.bone.low_speed.empty()) {
+    throw InvalidInput(Fault{"bone.tested", "", "has no single law for all candidates",
+                             "give one law; deflect and force take several"});
+  }
   one.problem.law = tables.bone.law;
   check(one.problem, one.candidates);
   one.caveats.clear();

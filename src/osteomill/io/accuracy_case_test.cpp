@@ -52,6 +52,34 @@ std::string faults_of(Read read, const std::string& text) {
   return "none";
 }
 
+TEST(DeflectCase, TakesTheToolFromTheCuttersShank) {
+  const std::string shank =
+      "[cutter.shank]\nfree_length_mm = 35\ndiameter_mm = 3.1\nyoungs_modulus_gpa = 197\n"
+      "density_kg_per_m3 = 7850\neffective_diameter_factor = 0.82\n";
+  const std::string length = "[cutter]\ncutting_length_mm = 35\n";
+  const std::string cutting = length + kCutting.substr(std::string("[cutter]\n").size());
+  const DeflectCase one = read_deflect_case(run_of(cutting + shank));
+  const DeflectCase same = read_deflect_case(
+      run_of(cutting +
+             "[tool]\nlength_mm = 35\neffective_diameter_mm = 2.542\nyoungs_modulus_gpa = 197\n"));
+  EXPECT_NEAR(one.tool->tip_stiffness(), same.tool->tip_stiffness(),
+              1e-6 * same.tool->tip_stiffness());
+  // A [tool] or a [beam] of the case's own stands above the cutter's shank.
+  EXPECT_NEAR(read_deflect_case(run_of(cutting + shank + kTool)).tool->tip_stiffness(),
+              read_deflect_case(run_of(cutting + kTool)).tool->tip_stiffness(), 1e-9);
+  EXPECT_THAT(
+      faults_of(read_deflect_case, cutting +
+                                       "[cutter.shank]\nfree_length_mm = 30\ndiameter_mm = 0\n"
+                                       "youngs_modulus_gpa = 197000\n"),
+      AllOf(HasSubstr("cutter.shank.diameter_mm"), HasSubstr("cutter.shank.youngs_modulus_gpa"),
+            HasSubstr("cutter.shank.density_kg_per_m3")));
+  EXPECT_THAT(faults_of(read_deflect_case,
+                        cutting + "[cutter.shank]\nfree_length_mm = 30\ndiameter_mm = 3.1\n"
+                                  "youngs_modulus_gpa = 197\ndensity_kg_per_m3 = 7850\n"
+                                  "holder_stiffness_n_per_mm = 3000\n"),
+              AllOf(HasSubstr("free_length_mm"), HasSubstr("cutting length"), HasSubstr("both")));
+}
+
 TEST(AccuracyCase, ReadsToolOrBeamAlike) {
   const DeflectCase tool = read_deflect_case(run_of(kCutting + kTool));
   const DeflectCase beam = read_deflect_case(run_of(kCutting + kBeam));

@@ -95,10 +95,37 @@ void apply(ValueTree& tree, const Override& change) {
   tree.places[change.path] = "--set";
 }
 
-/// `use` names an entry of the catalogue, or a file of one beside the case: "bone.toml".
-ValueTree entry_of(const std::string& kind, const std::string& use, const fs::path& directory) {
-  if (!use.ends_with(".toml")) return catalogue_entry(kind, use);
-  return parse_toml(read_text_file(directory / use), use);
+/// The entry that `use` names: of the catalogue, or of a file of one's own, beside the case.
+ValueTree entry_of(const std::string& kind, const std::string& name, const fs::path& directory) {
+  if (!name.ends_with(".toml")) return catalogue_entry(kind, name);
+  return parse_toml(read_text_file(directory / name), name);
+}
+
+/// Puts the entry that a table `use`s below the table's own keys.
+void resolve_use(Json& table, const std::string& path, const std::string& kind,
+                 const fs::path& directory, ValueTree& tree, std::vector<Fault>& faults) {
+  if (!table.is_object() || !table.contains("use")) return;
+  const std::string place = tree.places[path + ".use"];
+  if (!table["use"].is_string()) {
+    faults.push_back({path + ".use", table["use"].dump(), "must be a name in quotes", "", place});
+    return;
+  }
+  try {
+    const ValueTree entry = entry_of(kind, table["use"].get<std::string>(), directory);
+    Json whole = entry.values;
+    ValueTree merged;
+    for (const auto& [key, where] : entry.places) merged.places[join(path, key)] = where;
+    merge(whole, merged, path, table, tree, path);
+    whole.erase("use");
+    table = std::move(whole);
+    for (const auto& [key, where] : merged.places) tree.places[key] = where;
+  } catch (const InvalidInput& error) {
+    for (Fault fault : error.faults()) {
+      if (fault.location.empty())
+        fault = {path + ".use", fault.value, fault.rule, fault.remedy, place};
+      faults.push_back(fault);
+    }
+  }
 }
 
 void resolve_catalogue(ValueTree& tree, const fs::path& directory, std::vector<Fault>& faults) {
@@ -106,28 +133,16 @@ void resolve_catalogue(ValueTree& tree, const fs::path& directory, std::vector<F
       {"cutter", "cutters"}, {"bone", "bones"}, {"implant", "implants"}, {"robot", "robots"}};
   for (const auto& [table, kind] : kinds) {
     const auto found = tree.values.find(table);
-    if (found == tree.values.end() || !found->is_object() || !found->contains("use")) continue;
-    const std::string place = tree.places[table + ".use"];
-    if (!(*found)["use"].is_string()) {
-      faults.push_back(
-          {table + ".use", (*found)["use"].dump(), "must be a name in quotes", "", place});
-      continue;
+    if (found == tree.values.end()) continue;
+    resolve_use(*found, table, kind, directory, tree, faults);
+    if (table != "bone" || !found->is_object()) continue;
+    if (found->contains("low_speed")) {
+      resolve_use((*found)["low_speed"], "bone.low_speed", kind, directory, tree, faults);
     }
-    try {
-      const ValueTree entry = entry_of(kind, (*found)["use"].get<std::string>(), directory);
-      ValueTree merged;
-      merged.values[table] = entry.values;
-      for (const auto& [key, where] : entry.places) merged.places[join(table, key)] = where;
-      merge(merged.values[table], merged, table, *found, tree, table);
-      *found = merged.values[table];
-      for (const auto& [key, where] : merged.places) tree.places[key] = where;
-      found->erase("use");
-    } catch (const InvalidInput& error) {
-      for (Fault fault : error.faults()) {
-        if (fault.location.empty())
-          fault = {table + ".use", fault.value, fault.rule, fault.remedy, place};
-        faults.push_back(fault);
-      }
+    if (!found->contains("tested") || !(*found)["tested"].is_array()) continue;
+    std::size_t number = 0;
+    for (Json& one : (*found)["tested"]) {
+      resolve_use(one, fmt::format("bone.tested.{}", number++), kind, directory, tree, faults);
     }
   }
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "osteomill/cutting/cutter.hpp"
 #include "osteomill/cutting/cutting_law.hpp"
 #include "osteomill/cutting/tilted_cut.hpp"
+#include "osteomill/io/bone_section.hpp"
 
 /// The tables [cutter], [bone] and [cut] of a case.
 namespace osteomill::io {
@@ -24,17 +24,6 @@ struct CutterCase {
   bone::Provenance provenance;
 };
 void bind_cutter(Section& section, CutterCase& cutter);
-
-/// [bone]: the cutting law, the density that it was measured at, and where it comes from.
-struct BoneCase {
-  cutting::CuttingLaw law;
-  bone::ForceDensityLaw density;
-  std::optional<double> rake_angle;  ///< of the edges that the law was measured with, rad
-  std::optional<std::array<double, 2>>
-      speed_range;  ///< surface speeds that it was measured at, m/s
-  bone::Provenance provenance;
-};
-void bind_bone(Section& section, BoneCase& bone);
 
 /// What a result that uses them has to say: values that were not measured, a law that was measured
 /// with another rake or, when the spindle speed is given, at other speeds.
@@ -54,12 +43,14 @@ struct CutCase {
   double tilt = 0.0;  ///< lean of the axis towards +y, rad
   cutting::ToothPath path = cutting::ToothPath::circular;
 };
-void bind_cut(Section& section, CutCase& cut);
+/// `nominal`: with the keys of the immersion and the lean; otherwise a map says what is in bone.
+void bind_cut(Section& section, CutCase& cut, bool nominal = true);
 
 /// The leaning cut of the tables, when lead or tilt is not 0.
 std::optional<cutting::TiltedCut> tilted_cut_of(const CutCase& cut);
 
 /// The condition of a cut; checked against the cutter, with all faults of both at once.
-cutting::Condition condition_of(const CutCase& cut, const cutting::Cutter& cutter);
+cutting::Condition condition_of(const CutCase& cut, const cutting::Cutter& cutter,
+                                bool nominal = true);
 
 }  // namespace osteomill::io

@@ -201,6 +201,9 @@ void complete(SimulateCase& made) {
   profile.flutes = made.cutter.cutter.flutes;
   profile.programmed_feed = made.path.feed;
   FaultList faults;
+  if (made.stock.kind != StockKind::line_profile) {
+    faults.gather([&] { settle(made.bone, made.cutter.cutter, made.path.spindle_speed); });
+  }
   if (made.stock.kind == StockKind::line_profile) faults.gather([&] { simulate::check(profile); });
   if (made.path.spindle_speed > 0.0) faults.gather([&] { simulate::check(made.machine); });
   faults.gather([&] { control::check(made.controller); });

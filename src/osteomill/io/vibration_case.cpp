@@ -9,6 +9,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/vibration/cutter_beam.hpp"
 #include "osteomill/vibration/linearised_cut.hpp"
 
 namespace osteomill::io {
@@ -104,10 +105,10 @@ struct StabilityTables {
 };
 
 void bind(Section& section, StabilityCase& one, StabilityTables& tables) {
-  bind_structure(section, one.structure);
   const bool in_bone = section.has("bone");
+  if (section.when(in_bone)) bind_cutter(section, tables.cutter);
+  bind_structure(section, one.structure, &tables.cutter.cutter);
   if (section.when(in_bone)) {
-    bind_cutter(section, tables.cutter);
     bind_bone(section, tables.bone);
     bind_cut(section, tables.cut);
   }
@@ -143,8 +144,8 @@ void bind(Section& section, StabilityCase& one, StabilityTables& tables) {
 }
 
 void bind(Section& section, RespondCase& one, CutterCase& cutter, CutCase& cut) {
-  bind_structure(section, one.structure);
   bind_cutter(section, cutter);
+  bind_structure(section, one.structure, &cutter.cutter);
   bind_bone(section, one.bone);
   bind_cut(section, cut);
   section.table("options", "what to sweep", Need::required, [&](Section& s) {
@@ -202,7 +203,7 @@ void bind_beam(Section& section, Beam& beam) {
       });
 }
 
-void bind_structure(Section& section, StructureCase& structure) {
+void bind_structure(Section& section, StructureCase& structure, const cutting::Cutter* cutter) {
   Beam beam;
   std::vector<Mode> modes;
   double damping = 0.02;
@@ -230,16 +231,22 @@ void bind_structure(Section& section, StructureCase& structure) {
     s.integer("beam_modes", beam_modes, between(1, 12), "modes of the [beam] to take",
               Need::optional);
   });
-  const bool has_beam = section.has("beam");
+  bool has_beam = section.has("beam");
   if (section.when(has_beam)) bind_beam(section, beam);
   const bool measured = !structure.measured.empty();
+  if (!has_beam && modes.empty() && !measured && cutter && cutter->shank) {
+    has_beam = true;
+    // Faults of the cutter are raised with its other ones.
+    FaultList raised_elsewhere;
+    raised_elsewhere.gather([&] { beam = beam_of(*cutter); });
+  }
   if (static_cast<int>(has_beam) + static_cast<int>(!modes.empty()) + static_cast<int>(measured) >
       1) {
     section.fault("structure", "has more than one of modes, measured and [beam]", "keep one");
   } else if (!has_beam && modes.empty() && !measured) {
     section.fault("structure", "has no modes",
                   "list them in structure.modes, name a measurement in structure.measured or "
-                  "describe the tool in [beam]");
+                  "describe the tool in [beam] or [cutter.shank]");
   } else if (has_beam && !beam.segments.empty()) {
     const BeamModel model(beam, {});
     for (const bool y : {false, true}) {
@@ -268,8 +275,10 @@ void complete(StructureCase& structure) {
 void bind_modes(Section& section) {
   ModesCase one;
   ImpactTable impact;
+  CutterCase cutter;
   bind_impact(section, impact);
   bind_beam(section, one.beam);
+  bind_cutter(section, cutter);
   bind_options(section, one);
 }
 
@@ -277,11 +286,18 @@ ModesCase read_modes_case(const CaseRun& run) {
   ModesCase one;
   ImpactTable impact;
   const bool measured = run.tree.values.contains("impact");
+  const bool of_cutter = !run.tree.values.contains("beam") && run.tree.values.contains("cutter");
+  CutterCase cutter;
   one.expanded = Section::read(run, [&](Section& section) {
     if (measured) return bind_impact(section, impact);
-    bind_beam(section, one.beam);
+    if (of_cutter) bind_cutter(section, cutter);
+    if (!of_cutter) bind_beam(section, one.beam);
     bind_options(section, one);
   });
+  if (of_cutter && !measured) {
+    cutting::check(cutter.cutter);
+    one.beam = beam_of(cutter.cutter);
+  }
   if (measured) {
     one.impact = impact_of(impact);
   } else {
@@ -304,6 +320,7 @@ StabilityCase read_stability_case(const CaseRun& run) {
   one.caveats = one.structure.caveats;
   if (run.tree.values.contains("bone")) {
     const cutting::Condition condition = condition_of(tables.cut, tables.cutter.cutter);
+    settle(tables.bone, tables.cutter.cutter, condition.spindle_speed);
     one.cut = linearised_cut(tables.cutter.cutter, tables.bone.law, condition, tables.cut.immersion,
                              tables.thinnest_chip);
     one.depth = tables.cut.immersion.axial_depth;
@@ -333,7 +350,7 @@ RespondCase read_respond_case(const CaseRun& run) {
   one.expanded = Section::read(run, [&](Section& section) { bind(section, one, cutter, cut); });
   complete(one.structure);
   one.condition = condition_of(cut, cutter.cutter);
-  cutting::check(one.bone.law);
+  settle(one.bone, cutter.cutter, one.condition.spindle_speed);
   one.cutter = cutter.cutter;
   one.immersion = cut.immersion;
   if (one.feed_rates.empty()) {

@@ -36,15 +36,16 @@ struct ModesCase {
 void bind_modes(Section& section);
 ModesCase read_modes_case(const CaseRun& run);
 
-/// [structure]: modes given one by one, those of a [beam] alike in both directions, or what was
-/// measured at the tip.
+/// [structure]: modes given one by one, those of a [beam] or of the [cutter] with its shank alike in
+/// both directions, or what was measured at the tip.
 struct StructureCase {
   std::vector<vibration::Mode> modes;
   std::vector<MeasuredTable> measured;
   vibration::Receptance receptance;  ///< of modes or measurements
   std::vector<std::string> caveats;  ///< what of it is assumed
 };
-void bind_structure(Section& section, StructureCase& structure);
+void bind_structure(Section& section, StructureCase& structure,
+                    const cutting::Cutter* cutter = nullptr);
 /// After the whole case has been read: reads what was measured, and makes the receptance.
 void complete(StructureCase& structure);
 

@@ -55,6 +55,28 @@ TEST(VibrationCase, ReadsABeam) {
   EXPECT_DOUBLE_EQ(one.beam.segments[0].diameter, 0.0031);
 }
 
+TEST(VibrationCase, TakesTheBeamFromTheCuttersShank) {
+  const std::string cutter =
+      "[cutter]\nshape = \"cylindrical\"\ndiameter_mm = 3.1\nflutes = 2\n"
+      "cutting_length_mm = 35\n[cutter.shank]\nfree_length_mm = 55\ndiameter_mm = 3.1\n"
+      "youngs_modulus_gpa = 197\ndensity_kg_per_m3 = 7850\n";
+  const ModesCase one = read_modes_case(run_of(cutter));
+  ASSERT_EQ(one.beam.segments.size(), 2u);
+  EXPECT_DOUBLE_EQ(one.beam.segments[1].length, 0.035);
+  const std::string cut =
+      "[bone]\nlaw = \"linear\"\ntangential = { any_deg = { k = 200 } }\n"
+      "radial = { any_deg = { k = 90 } }\n"
+      "[cut]\nspindle_speed_rpm = 20000\nfeed_per_tooth_mm = 0.005\naxial_depth_mm = 5\n"
+      "immersion = \"slot\"\n";
+  const RespondCase respond =
+      read_respond_case(run_of(cutter + cut + "[structure]\nbeam_modes = 2\n" +
+                               "[options]\nspindle_speeds_rpm = [20000]\n"));
+  EXPECT_EQ(respond.structure.modes.size(), 4u);
+  EXPECT_EQ(
+      read_stability_case(run_of(cutter + cut + "[structure]\n" + kOptions)).structure.modes.size(),
+      one.modes * 2u);
+}
+
 TEST(VibrationCase, ReadsModesByMassOrStiffness) {
   const StabilityCase one = read_stability_case(run_of(kModes + kCut + kOptions));
   ASSERT_EQ(one.structure.modes.size(), 2u);

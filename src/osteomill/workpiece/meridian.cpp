@@ -18,6 +18,9 @@ cutting::Cutter scaled(cutting::Cutter cutter, double factor) {
   cutter.radius *= factor;
   cutter.cutting_length *= factor;
   cutter.corner_radius *= factor;
+  cutter.apt.diameter *= factor;
+  cutter.apt.corner_r *= factor;
+  cutter.apt.corner_z *= factor;
   for (cutting::ProfileCorner& corner : cutter.profile) {
     corner.radius *= factor;
     corner.z *= factor;
@@ -53,6 +56,27 @@ Meridian::Meridian(const cutting::Cutter& cutter_m, double factor) {
       if (!is_small(radius_ - joint.r) && sine > 0.0) {
         top_ += (radius_ - joint.r) * cosine / sine;
         add_line(joint, {radius_, top_});
+      }
+      break;
+    }
+    case CutterShape::apt: {
+      kind_ = Kind::general;
+      const cutting::AptJoints joints =
+          cutting::apt_joints(cutter.apt, corner, cutter.cutting_length);
+      const Corner lower{joints.lower.radius, joints.lower.z};
+      const Corner upper{joints.upper.radius, joints.upper.z};
+      const Corner top{joints.top_radius, cutter.cutting_length};
+      if (!is_small(std::hypot(lower.r, lower.z))) add_line({0.0, 0.0}, lower);
+      if (!is_small(std::hypot(upper.r - lower.r, upper.z - lower.z))) {
+        arcs_.push_back({{cutter.apt.corner_r, cutter.apt.corner_z},
+                         corner,
+                         std::cos(joints.upper_kappa),
+                         std::cos(joints.lower_kappa)});
+      }
+      top_ = upper.z;
+      if (cutter.apt.side_angle > 0.0 && !is_small(top.z - upper.z)) {
+        add_line(upper, top);
+        top_ = top.z;
       }
       break;
     }
@@ -112,8 +136,10 @@ double Meridian::general_distance(double r, double z) const {
   for (const Arc& arc : arcs_) {
     const double dr = r - arc.centre.r, dz = z - arc.centre.z;
     const double from_centre = std::sqrt(dr * dr + dz * dz);
-    // In the wedge between straight down and the normal at the arc's end.
-    if (dr < 0.0 || -dz < arc.last_cosine * from_centre) continue;
+    // In the wedge between the normals at the arc's ends.
+    if (dr < 0.0 || -dz < arc.last_cosine * from_centre || -dz > arc.first_cosine * from_centre) {
+      continue;
+    }
     inside = inside && from_centre <= arc.radius;
     nearest = std::min(nearest, std::abs(from_centre - arc.radius));
   }

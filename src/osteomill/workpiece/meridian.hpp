@@ -54,7 +54,8 @@ class Meridian {
   struct Arc {
     Corner centre;
     double radius = 0.0;
-    double last_cosine = 0.0;  ///< of kappa where it ends; it begins at kappa = 0
+    double last_cosine = 0.0;   ///< of kappa where it ends
+    double first_cosine = 1.0;  ///< where it begins
   };
   void add_line(const Corner& from, const Corner& to);
   double general_distance(double r, double z) const;

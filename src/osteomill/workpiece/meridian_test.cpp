@@ -18,12 +18,17 @@ cutting::Cutter of(cutting::CutterShape shape) {
   cutter.corner_radius = 1.0;
   cutter.taper_angle = 0.3;
   cutter.profile = {{1.0, 0.0}, {3.0, 1.0}, {4.0, 4.0}};
+  if (shape == cutting::CutterShape::apt) {
+    // A corner that touches its bottom line at 0.3 rad and crosses a leaning side.
+    cutter.apt = {7.0, 2.4, 2.4 * std::tan(0.3) + 1.0 / std::cos(0.3), 0.3, 0.1};
+    cutter.radius = cutting::apt_joints(cutter.apt, 1.0, 10.0).top_radius;
+  }
   return cutter;
 }
 
 TEST(Meridian, IsZeroOnTheEnvelopeWithUnitSlopeAcrossIt) {
   using enum cutting::CutterShape;
-  for (const auto shape : {cylindrical, ball, bull, tapered, profile}) {
+  for (const auto shape : {cylindrical, ball, bull, tapered, profile, apt}) {
     const cutting::Cutter cutter = of(shape);
     const Meridian meridian(cutter);
     for (double z = 0.05; z < 9.0; z += 0.173) {
@@ -40,7 +45,7 @@ TEST(Meridian, IsZeroOnTheEnvelopeWithUnitSlopeAcrossIt) {
 
 TEST(Meridian, SectionsAreWhereTheDistanceIs) {
   using enum cutting::CutterShape;
-  for (const auto shape : {cylindrical, ball, bull, tapered, profile}) {
+  for (const auto shape : {cylindrical, ball, bull, tapered, profile, apt}) {
     const Meridian meridian(of(shape));
     for (double z = -0.4; z < 9.0; z += 0.173)
       for (const double offset : {-0.5, 0.5}) {
