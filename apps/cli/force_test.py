@@ -71,19 +71,49 @@ with tempfile.TemporaryDirectory() as folder:
     assert abs(curve["points"][2]["mean_force_n"]["x"] - cut["mean_force_n"]["x"]) < 1e-9
     assert curve["over"] == "cut.feed_per_tooth_mm"
 
+    # The energy is all somewhere, and the curve may grow by factors.
+    assert abs(sum(cut["heat_w"].values()) / cut["mean_power_w"] - 1) < 1e-9, cut["heat_w"]
+    assert len(cut["flutes"]) == 4 and len(cut["revolution"]["bending_moment_nmm"]) == 360
+    curve = document("force", case, "--over", "feed_per_tooth_mm=0.001:0.1:3:log")
+    assert [round(p["feed_per_tooth_mm"], 9) for p in curve["points"]] == [0.001, 0.01, 0.1]
+    curve = document("force", case, "--over", "cutter.flutes=2:4:3")
+    assert [p["flutes"] for p in curve["points"]] == [2, 3, 4]
+
     for override, name in {"cut.feed_rate_mm_per_min=-1": "feed_rate_mm_per_min",
                            "cutter.flutes=0": "cutter.flutes",
                            "cut.immersion=sideways": "cut.immersion",
                            "cut.axial_depth_mm=500": "cut.axial_depth_mm",
                            "cutter.use=nothing": "cutter.use",
-                           "cut.feed_rate=3": "feed_rate_mm_per_min"}.items():
+                           "cut.feed_rate=3": "feed_rate_mm_per_min",
+                           "cut.spindle_speed_rad_per_s=5000": "spindle_speed_rad_per_s",
+                           "cut.feed_per_tooth_um=3": "feed_per_tooth_um",
+                           "bone.use=nowhere.toml": "nowhere.toml"}.items():
         done = run("force", case, "--set", override, "--format", "json", status=2)
         assert done.stdout == "" and name in done.stderr, (override, done.stderr)
     run("force", case, "--over", "speed=1:2:3", status=2)
+    run("force", case, "--over", "feed_per_tooth_mm=0:1:3:log", status=2)
+    run("force", case, "--over", "feed_per_tooth_mm=1:nan:3", status=2)
     run("force", pathlib.Path(folder, "none.toml"), status=2)
 
-    for example in ("slot_force", "ramp_force", "run_out_force"):
+    for example in ("slot_force", "ramp_force", "run_out_force", "engagement_force"):
         assert document("force", SOURCE / "examples" / f"{example}.toml")["mean_power_w"] > 0
+
+    shapes = document("force", SOURCE / "examples" / "cutter_shapes.toml")["runs"]
+    assert len(shapes) == 6 and all(one["mean_power_w"] > 0 for one in shapes)
+    fast, slow = document("force", SOURCE / "examples" / "tested_rakes.toml")["runs"]
+    assert any("between rakes of 0 and 10 deg" in text for text in fast["warnings"]), fast["warnings"]
+    assert any("100 rpm or less" in text for text in slow["warnings"]), slow["warnings"]
+
+    # Orthogonal cuts to a bone that the next command takes.
+    fit = document("fit", SOURCE / "examples" / "fit_law.toml", "-o", pathlib.Path(folder, "fit"))
+    radial = next(f for f in fit["fits"] if f["component"] == "radial" and f["direction_deg"] == 0)
+    assert radial["better"] == "log" and len(radial["speed_effects"]) == 3, radial
+    own = pathlib.Path(folder, "own.toml")
+    own.write_text(CASE.split("[bone]")[0] + '[bone]\nuse = "fit/bone.toml"\n[cut]' + CASE.split("[cut]")[1])
+    ours = document("force", own)["mean_force_n"]
+    # 5 % scatter of four cuts a point, six or seven points a law: some per cent.
+    assert all(abs(ours[axis] / cut["mean_force_n"][axis] - 1) < 0.1 for axis in "xyz"), ours
+    run("fit", case, status=2)
 
     # A run directory's case runs again to the same numbers.
     run("force", case, "-o", pathlib.Path(folder, "run"))

@@ -32,18 +32,23 @@ class EdgeSum {
     ProfilePoint point;
     std::size_t begin = 0;  ///< of its elements
   };
-  void evaluate();
-
-  CuttingLaw law_;
-  ComponentBatch batch_;
-  geometry::Vector3 fibre_;
-  std::vector<Row> rows_;
   struct Element {
     double sine, cosine, width, width_z;
   };
+  struct Components {
+    std::vector<double> tangential, radial, lateral;
+  };
+  void evaluate(const ComponentBatch& batch, Components& out);
+  geometry::Vector3 force(std::size_t i, double sin_kappa, double cos_kappa) const;
+
+  CuttingLaw law_;
+  /// Of the law without ploughing; for Puw-Hocheng of its laws along the fibres and across.
+  std::vector<ComponentBatch> batches_;
+  geometry::Vector3 fibre_;
+  std::vector<Row> rows_;
   std::vector<Element> elements_;
-  std::vector<double> h_;
-  std::vector<double> along_, tangential_, radial_, lateral_;
+  std::vector<double> h_, along_;
+  std::vector<Components> components_;
 };
 
 }  // namespace osteomill::cutting

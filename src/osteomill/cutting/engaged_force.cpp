@@ -20,7 +20,12 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 
 EngagedForce::EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angles, int slices,
                            double slice_height)
-    : cutter_(cutter), law_(law), angles_(angles), slices_(slices), slice_height_(slice_height) {
+    : cutter_(cutter),
+      flutes_(cutter),
+      law_(law),
+      angles_(angles),
+      slices_(slices),
+      slice_height_(slice_height) {
   require_within("engagement.angles", angles, 4.0, 1e5, "");
   require_within("engagement.slices", slices, 1.0, 1e5, "");
   require_positive("engagement.slice_height_mm", slice_height / units::mm, "mm");
@@ -33,7 +38,8 @@ EngagedForce::EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angl
     const int parts = std::max(1, static_cast<int>(std::ceil(turn / (5.0 * units::deg))));
     for (int part = 0; part < parts; ++part) {
       const ProfilePoint point = envelope.at(from + (to - from) * (part + 0.5) / parts);
-      if (strips_.empty() || strips_.back().point.kappa != point.kappa ||
+      // Unequal flutes cut other chips at every height.
+      if (strips_.empty() || !flutes_.equal() || strips_.back().point.kappa != point.kappa ||
           strips_.back().point.radius != point.radius) {
         ++rows_;
       }
@@ -59,7 +65,9 @@ void EngagedForce::require_grid(const Engagement& engagement) const {
 Load EngagedForce::mean(const Engagement& engagement, const Condition& condition) const {
   require_grid(engagement);
   const auto angles = static_cast<std::size_t>(angles_);
-  const double share = cutter_.flutes / static_cast<double>(angles_);
+  // Equal flutes are worked out once.
+  const int different = flutes_.equal() ? 1 : flutes_.count();
+  const double share = static_cast<double>(flutes_.count()) / different / angles_;
   // Width of cut in bone, and its moment about the tip, by row and angle.
   std::vector<double> width(angles);
   std::vector<double> width_z(angles);
@@ -88,8 +96,11 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
       const double sine = -motions_[a].y();
       const double cosine = motions_[a].x();
       const double into = sin_kappa * (sine * feed.x() + cosine * feed.y()) - cos_kappa * feed.z();
-      sum.push(sine, cosine, condition.feed_per_tooth * std::max(0.0, into), share * width[a],
-               share * width_z[a]);
+      for (int flute = 0; flute < different; ++flute) {
+        const double h = flutes_.chip(flute, row, condition.feed_per_tooth, std::max(0.0, into));
+        if (!flutes_.equal() && h <= 0.0) continue;
+        sum.push(sine, cosine, h, share * width[a], share * width_z[a]);
+      }
     }
   }
   sum.add_to(mean);
@@ -99,18 +110,24 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
 Revolution EngagedForce::revolution(const Engagement& engagement, const Condition& condition,
                                     int steps) const {
   require_grid(engagement);
+  const Vector3 feed = feed_direction(condition);
   Revolution result;
   for (int step = 0; step < steps; ++step) {
     const double angle = kTurn * step / steps;
     Load load;
     for (int flute = 0; flute < cutter_.flutes; ++flute) {
       for (const Strip& here : strips_) {
-        double theta = angle - kTurn * flute / cutter_.flutes - here.point.lag;
+        double theta = angle - flutes_.angle(flute) - here.point.lag;
         theta -= kTurn * std::floor(theta / kTurn);
         const int patch = std::min(angles_ - 1, static_cast<int>(theta / kTurn * angles_));
         const double weight = engagement.at(here.slice, patch);
         if (!(weight > 0.0)) continue;
-        const Vector3 force = weight * here.width * edge_force(law_, condition, theta, here.point);
+        const Vector3 n = outward_normal(theta, here.point.kappa);
+        const double into = std::max(0.0, n.dot(feed));
+        const double h = flutes_.chip(flute, here.point, condition.feed_per_tooth, into);
+        if (!flutes_.equal() && h <= 0.0) continue;
+        const Vector3 force = weight * here.width *
+                              edge_force(law_, h, condition.fibre_T, motion(theta), n, here.point);
         const Vector3 place(here.point.radius * std::sin(theta),
                             here.point.radius * std::cos(theta), here.point.z);
         load.force += force;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "osteomill/cutting/engagement.hpp"
+#include "osteomill/cutting/flutes.hpp"
 #include "osteomill/cutting/milling_force.hpp"
 
 namespace osteomill::cutting {
@@ -13,7 +14,7 @@ namespace osteomill::cutting {
 /// What depends on the cutter and on the grid of the map only is worked out once; a mean is then
 /// one pass over the patches in bone, and slices of equal profile (a cylinder) are passed as one.
 /// The force is proportional to a patch's weight. Each patch stands for its middle: the error is of
-/// second order in the patch.
+/// second order in the patch. Circular tooth paths only.
 class EngagedForce {
  public:
   EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angles, int slices,
@@ -36,6 +37,7 @@ class EngagedForce {
   void require_grid(const Engagement& engagement) const;
 
   Cutter cutter_;
+  Flutes flutes_;
   CuttingLaw law_;
   int angles_;
   int slices_;

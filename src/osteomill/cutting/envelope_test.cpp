@@ -21,7 +21,7 @@ Cutter of(CutterShape shape) {
   if (shape == CutterShape::apt) {
     // A corner that touches a bottom line at 20 degrees and crosses a side line at 5 degrees.
     const double bottom = 20.0 * units::deg;
-    cutter.apt = {7e-3, 2e-3, 2e-3 * std::tan(bottom) + 1.5e-3 / std::cos(bottom), bottom,
+    cutter.apt = {7e-3, 2.2e-3, 2.2e-3 * std::tan(bottom) + 1.5e-3 / std::cos(bottom), bottom,
                   5.0 * units::deg};
     cutter.radius = apt_joints(cutter.apt, cutter.corner_radius, cutter.cutting_length).top_radius;
   }

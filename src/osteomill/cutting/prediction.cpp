@@ -8,8 +8,10 @@
 #include <complex>
 #include <numbers>
 
+#include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/engaged_force.hpp"
+#include "osteomill/cutting/flutes.hpp"
 
 namespace osteomill::cutting {
 namespace {
@@ -45,13 +47,15 @@ Prediction summarise(const Cutter& cutter, const CuttingLaw& law, const Conditio
   result.mean = solved.mean;
   result.revolution = solved.revolution;
   const double steps = static_cast<double>(result.revolution.loads.size());
+  const double held = cutter.shank ? cutter.shank->free_length : cutter.cutting_length;
   for (const Load& load : result.revolution.loads) {
     result.peak = result.peak.cwiseMax(load.force.cwiseAbs());
     result.peak_resultant = std::max(result.peak_resultant, load.force.norm());
     result.rms += load.force.cwiseAbs2() / steps;
     result.peak_torque = std::max(result.peak_torque, std::abs(load.torque()));
+    result.bending_moments.push_back(load.bending_moment(held));
     result.peak_bending_moment =
-        std::max(result.peak_bending_moment, load.bending_moment(cutter.cutting_length));
+        std::max(result.peak_bending_moment, result.bending_moments.back());
   }
   result.rms = result.rms.cwiseSqrt();
   result.mean_torque = result.mean.torque();
@@ -93,6 +97,12 @@ Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition&
 
 Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition& condition,
                    const Engagement& map, const PredictionOptions& options) {
+  if (condition.path == ToothPath::trochoidal) {
+    throw InvalidInput(Fault{"cut.tooth_path", "trochoidal",
+                             "needs a nominal immersion without lead and tilt",
+                             "take the circular path"});
+  }
+  const Flutes flutes(cutter);
   const EngagedForce model(cutter, law, map.angles, map.slices, map.slice_height);
   SolvedCut solved;
   solved.mean = model.mean(map, condition);
@@ -110,19 +120,22 @@ Prediction predict(const Cutter& cutter, const CuttingLaw& law, const Condition&
     for (int angle = 0; angle < map.angles; ++angle) {
       const double weight = map.at(slice, angle);
       if (weight == 0.0) continue;
-      const double h = chip_thickness(condition, kTurn * (angle + 0.5) / map.angles, point.kappa);
-      solved.largest_chip = std::max(solved.largest_chip, h);
-      if (condition.feed_per_tooth > 0.0) {
-        area +=
-            weight * (to - from) * point.radius * kTurn / map.angles * h / condition.feed_per_tooth;
+      const double theta = kTurn * (angle + 0.5) / map.angles;
+      const double into =
+          std::max(0.0, outward_normal(theta, point.kappa).dot(feed_direction(condition)));
+      for (int flute = 0; flute < flutes.count(); ++flute) {
+        solved.largest_chip = std::max(solved.largest_chip,
+                                       flutes.chip(flute, point, condition.feed_per_tooth, into));
       }
+      area += weight * (to - from) * point.radius * kTurn / map.angles * into;
     }
   }
   solved.removal_rate = area * feed_rate(condition, cutter.flutes);
   Prediction result = summarise(cutter, law, condition, solved, options);
-  // The map takes all flutes as equal.
-  result.flute_means.assign(static_cast<std::size_t>(cutter.flutes),
-                            Vector3(solved.mean.force / cutter.flutes));
+  if (flutes.equal()) {
+    result.flute_means.assign(static_cast<std::size_t>(cutter.flutes),
+                              Vector3(solved.mean.force / cutter.flutes));
+  }
   return result;
 }
 

@@ -23,8 +23,11 @@ struct Prediction {
   geometry::Vector3 rms = geometry::Vector3::Zero();   ///< N
   double mean_torque = 0.0;                            ///< N m
   double peak_torque = 0.0;                            ///< N m
-  double peak_bending_moment = 0.0;                    ///< at the top of the cutting length, N m
-  double spindle_power = 0.0;                          ///< mean, W
+  /// Bending moment over the revolution, N m, where the cutter is held: at the end of its free
+  /// length, or without a shank at the top of its cutting length.
+  std::vector<double> bending_moments;
+  double peak_bending_moment = 0.0;  ///< of them
+  double spindle_power = 0.0;        ///< mean, W
   /// Of the spindle power, what the edge forces take: all of it rubs. 0 for laws without edge
   /// force, which do not tell rubbing from cutting.
   double rubbing_power = 0.0;
@@ -33,8 +36,9 @@ struct Prediction {
   double specific_energy = 0.0;  ///< power of spindle and feed over removal rate, J/m³; 0 without
   double feed_per_tooth = 0.0;   ///< m
   double largest_chip = 0.0;     ///< m
-  std::vector<geometry::Vector3> harmonics;    ///< amplitude at 1, 2, ... times spindle speed, N
-  std::vector<geometry::Vector3> flute_means;  ///< mean force of each flute, N
+  std::vector<geometry::Vector3> harmonics;  ///< amplitude at 1, 2, ... times spindle speed, N
+  std::vector<geometry::Vector3>
+      flute_means;  ///< mean force of each flute, N; none for unequal flutes in a map
   std::vector<std::string> warnings;
 };
 

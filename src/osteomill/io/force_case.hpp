@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "osteomill/cutting/engagement.hpp"
 #include "osteomill/io/cutting_section.hpp"
+#include "osteomill/thermal/heat_partition.hpp"
 
 namespace osteomill::io {
 
@@ -18,9 +20,11 @@ struct ForceCase {
   BoneCase bone;
   cutting::Condition condition;
   cutting::Immersion immersion;
-  std::optional<cutting::TiltedCut> tilted;  ///< in place of the immersion
-  std::vector<std::string> caveats;          ///< what of it is not measured
-  nlohmann::ordered_json expanded;           ///< the case with its defaults filled in
+  std::optional<cutting::TiltedCut> tilted;       ///< in place of the immersion
+  std::optional<cutting::Engagement> engagement;  ///< in place of both
+  thermal::PartitionOptions heat;
+  std::vector<std::string> caveats;  ///< what of it is not measured
+  nlohmann::ordered_json expanded;   ///< the case with its defaults filled in
 };
 
 /// The keys, for the schema.

@@ -7,6 +7,7 @@
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/heat_section.hpp"
 #include "osteomill/io/section.hpp"
 #include "osteomill/thermal/thermal_dose.hpp"
 
@@ -162,10 +163,7 @@ void bind_heat(Section& section, std::optional<simulate::BoneHeatOptions>& heat)
                                 Need::optional);
                        s.number("perfusion_w_per_m3_k", options.field.perfusion, sink,
                                 non_negative(), "heat that blood carries off", Need::optional);
-                       s.number("rubbing_to_bone", options.partition.rubbing_to_bone, kPlain,
-                                between(0, 1), "share of the rubbing heat", Need::optional);
-                       s.number("shear_strain", options.partition.shear_strain, kPlain, positive(),
-                                "of the chip", Need::optional);
+                       bind_partition(s, options.partition);
                      })) {
     return;
   }

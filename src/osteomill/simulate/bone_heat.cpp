@@ -201,13 +201,11 @@ void BoneHeat::put_in(double heat, const Vector3& tip_W, const Vector3& x_T_W,
 
 void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W, const Vector3& x_T_W,
                        const cutting::Engagement& engagement, double work, double cutting_speed,
-                       double chip_thickness, double time) {
+                       double chip_thickness, double time, double rubbing) {
   take_away(stock, tip_W);
-  const double chip =
-      thermal::chip_share(thermal::kCorticalBone.diffusivity(), options_.partition.shear_strain,
-                          cutting_speed, chip_thickness);
-  put_in(thermal::partition(std::max(0.0, work), 0.0, chip, options_.partition).bone, tip_W, x_T_W,
-         engagement);
+  put_in(
+      thermal::shares_of_cut(work, rubbing, cutting_speed, chip_thickness, options_.partition).bone,
+      tip_W, x_T_W, engagement);
   rest(time);
 }
 

@@ -32,19 +32,20 @@ struct BoneHeatSummary {
 
 /// The temperature of a stock while it is milled, on cells of several voxels around the path.
 ///
-/// All work of the spindle is taken as that of chip forming (an edge force is not told apart from
-/// it); the share of the bone (thermal::partition) goes into the bone just outside the patches that
-/// are in contact, by the volume that each cuts. A cell is bone while half of it is.
+/// The share of the bone in the work of the spindle (thermal::shares_of_cut) goes into the bone
+/// just outside the patches that are in contact, by the volume that each cuts. A cell is bone while
+/// half of it is.
 class BoneHeat {
  public:
   BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
            const workpiece::ToolPath& path, const BoneHeatOptions& options);
 
-  /// One stretch of time in which the tip came to `tip_W`. `work` is what the spindle gave, J;
+  /// One stretch of time in which the tip came to `tip_W`. `work` is what the spindle gave, J,
+  /// `rubbing` what of it the edge forces took;
   /// `engagement` belongs to the tool frame with x along x_T_W; chip thickness is the mean one.
   void advance(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
                const geometry::Vector3& x_T_W, const cutting::Engagement& engagement, double work,
-               double cutting_speed, double chip_thickness, double time);
+               double cutting_speed, double chip_thickness, double time, double rubbing = 0.0);
   /// The same where nothing is cut.
   void rest(double time);
 

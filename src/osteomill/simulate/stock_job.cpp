@@ -15,9 +15,6 @@ using geometry::Vector3;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 // A trace of occupancy is no contact: a thousandth of a voxel in a period.
 constexpr double kLeastContact = 1e-3;
-// Mean chip over the feed per tooth in a slot: the mean of the sine over half a turn.
-constexpr double kMeanOfChip = 2.0 / std::numbers::pi;
-
 std::vector<int> lines_of(const workpiece::ToolPath& path) {
   std::vector<int> lines;
   for (const workpiece::Move& move : path.moves()) {
@@ -63,6 +60,10 @@ StockWorkpiece::StockWorkpiece(workpiece::Stock stock, StockJob job)
       force_(job_.cutter, job_.law, patches_.angles, patches_.slices, patches_.slice_height),
       lines_(lines_of(job_.path)) {
   if (job_.heat) heat_.emplace(stock_, job_.cutter, job_.path, *job_.heat);
+  if (job_.heat && cutting::has_edge_force(job_.law)) {
+    edge_force_.emplace(job_.cutter, cutting::edge_part(job_.law), patches_.angles, patches_.slices,
+                        patches_.slice_height);
+  }
 }
 
 Place StockWorkpiece::at(double position) const {
@@ -133,24 +134,40 @@ void StockWorkpiece::heat_bone(const Motion& motion, const Place& place, double 
     work += torque * motion.spindle_speed * motion.sample_time;
   }
   const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
-  const double chip =
-      cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes) * kMeanOfChip;
+  const double chip = cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes) *
+                      thermal::kMeanOfChip;
+  double rubbing = 0.0;
+  if (edge_force_) {
+    rubbing = edge_force_->mean(remover_.engagement(), condition_of(motion, place, feed)).torque() *
+              motion.spindle_speed * time;
+  }
   heat_->advance(stock_, place.tip_W, remover_.x_T_W(), remover_.engagement(), work,
-                 motion.spindle_speed * job_.cutter.radius, chip, time);
+                 motion.spindle_speed * job_.cutter.radius, chip, time, rubbing);
 }
 
-void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, double feed,
-                                   Cut& cut) {
+Eigen::Matrix3d StockWorkpiece::tool_axes() const {
   Eigen::Matrix3d R_WT;
   R_WT.col(0) = remover_.x_T_W();
   R_WT.col(1) = Vector3::UnitZ().cross(remover_.x_T_W());
   R_WT.col(2) = Vector3::UnitZ();
+  return R_WT;
+}
+
+cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Place& place,
+                                                double feed) const {
   cutting::Condition condition;
   condition.spindle_speed = motion.spindle_speed;
   condition.feed_per_tooth =
       cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes);
   condition.feed_elevation = std::asin(std::clamp(place.direction_W.z(), -1.0, 1.0));
-  condition.fibre_T = R_WT.transpose() * job_.fibre_W;
+  condition.fibre_T = tool_axes().transpose() * job_.fibre_W;
+  return condition;
+}
+
+void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, double feed,
+                                   Cut& cut) {
+  const Eigen::Matrix3d R_WT = tool_axes();
+  const cutting::Condition condition = condition_of(motion, place, feed);
   largest_chip_ = std::max(largest_chip_, condition.feed_per_tooth);
 
   const double samples = kTurn / motion.spindle_speed * job_.sample_rate;

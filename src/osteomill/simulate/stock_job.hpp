@@ -60,6 +60,8 @@ class StockWorkpiece final : public Workpiece {
   const BoneHeat* heat() const { return heat_ ? &*heat_ : nullptr; }
 
  private:
+  Eigen::Matrix3d tool_axes() const;  ///< of T in W
+  cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
   void heat_bone(const Motion& motion, const Place& place, double feed, const Cut& cut);
 
@@ -69,7 +71,8 @@ class StockWorkpiece final : public Workpiece {
   workpiece::Remover remover_;
   workpiece::PatchGrid patches_;
   cutting::EngagedForce force_;
-  std::vector<int> lines_;  ///< numbers of the path's lines, in order
+  std::optional<cutting::EngagedForce> edge_force_;  ///< what rubs; where there is heat
+  std::vector<int> lines_;                           ///< numbers of the path's lines, in order
   double largest_chip_ = 0.0;
   double buried_volume_ = 0.0;
   std::optional<BoneHeat> heat_;

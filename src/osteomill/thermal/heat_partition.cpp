@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/thermal/heat_partition.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/thermal/analytic_heat.hpp"
 
 namespace osteomill::thermal {
 
@@ -31,6 +33,16 @@ HeatShares partition(double cutting, double rubbing, double chip_share,
   shares.tool = options.friction_to_tool * friction + (1.0 - options.rubbing_to_bone) * rubbing;
   shares.bone = (1.0 - chip_share) * shear + options.rubbing_to_bone * rubbing;
   return shares;
+}
+
+HeatShares shares_of_cut(double work, double rubbing, double surface_speed, double mean_chip,
+                         const PartitionOptions& options) {
+  // A cut that drives its spindle for a moment heats nothing.
+  const double all = std::max(0.0, work);
+  const double rubs = std::clamp(rubbing, 0.0, all);
+  const double chip =
+      chip_share(kCorticalBone.diffusivity(), options.shear_strain, surface_speed, mean_chip);
+  return partition(all - rubs, rubs, chip, options);
 }
 
 }  // namespace osteomill::thermal

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <numbers>
+
 namespace osteomill::thermal {
 
 /// Share of the shear heat that leaves with the chip:
@@ -27,5 +29,14 @@ struct PartitionOptions {
 /// `cutting` is the energy of the chip-forming force, `rubbing` that of the edge force; J.
 HeatShares partition(double cutting, double rubbing, double chip_share,
                      const PartitionOptions& options = {});
+
+/// Mean chip over the feed per tooth: the mean of the sine over half a turn.
+inline constexpr double kMeanOfChip = 2.0 / std::numbers::pi;
+
+/// The work of a spindle in cortical bone, J, or its power, W, of which `rubbing` is that of the
+/// edge forces; at the surface speed of the cutter and the mean chip. What `osteomill force` prints
+/// and what a simulation puts into its bone.
+HeatShares shares_of_cut(double work, double rubbing, double surface_speed, double mean_chip,
+                         const PartitionOptions& options = {});
 
 }  // namespace osteomill::thermal

@@ -45,5 +45,16 @@ TEST(HeatPartition, LosesNothing) {
   EXPECT_THROW(chip_share(0.0, 2.0, 1.0, 1.0), InvalidInput);
 }
 
+TEST(HeatShares, OfACutAddUpToItsWork) {
+  for (const double rubbing : {0.0, 1.5, 9.0}) {
+    const HeatShares shares = shares_of_cut(4.0, rubbing, 1.66, 10e-6);
+    EXPECT_NEAR(shares.chip + shares.tool + shares.bone, 4.0, 1e-12);
+  }
+  // Slow, thin chips leave their heat in the bone, and so does an edge that only rubs.
+  EXPECT_GT(shares_of_cut(4.0, 0.0, 0.03, 10e-6).bone, shares_of_cut(4.0, 0.0, 1.66, 10e-6).bone);
+  EXPECT_NEAR(shares_of_cut(4.0, 4.0, 1.66, 10e-6).bone, 0.9 * 4.0, 1e-12);
+  EXPECT_EQ(shares_of_cut(-1.0, 0.0, 1.66, 10e-6).bone, 0.0);
+}
+
 }  // namespace
 }  // namespace osteomill::thermal

@@ -20,7 +20,7 @@ cutting::Cutter of(cutting::CutterShape shape) {
   cutter.profile = {{1.0, 0.0}, {3.0, 1.0}, {4.0, 4.0}};
   if (shape == cutting::CutterShape::apt) {
     // A corner that touches its bottom line at 0.3 rad and crosses a leaning side.
-    cutter.apt = {7.0, 2.4, 2.4 * std::tan(0.3) + 1.0 / std::cos(0.3), 0.3, 0.1};
+    cutter.apt = {7.0, 2.6, 2.6 * std::tan(0.3) + 1.0 / std::cos(0.3), 0.3, 0.1};
     cutter.radius = cutting::apt_joints(cutter.apt, 1.0, 10.0).top_radius;
   }
   return cutter;
