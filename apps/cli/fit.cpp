@@ -62,6 +62,7 @@ Json law_of(const cutting::PowerFit& fit) {
                              {"n", fit.standard_errors[1]},
                              {"edge_n_per_mm", fit.standard_errors[2] / units::n_per_mm}};
   json["edge_at_bound"] = fit.edge_at_bound;
+  json["constant"] = fit.constant;
   json.update(quality_of(fit.quality));
   return json;
 }
@@ -126,12 +127,17 @@ std::vector<std::vector<std::string>> rows_of(const Result& result) {
   for (const io::FittedSeries& one : result.fitted) {
     const auto& p = one.power;
     row(name_of(one.series), "power",
-        fmt::format("k {}, n {}, edge {}",
-                    both(p.law.at_1_mm / units::n_per_mm, p.standard_errors[0] / units::n_per_mm),
-                    both(p.law.exponent, p.standard_errors[1]),
-                    p.edge_at_bound ? std::string("0 (bound)")
-                                    : both(p.law.edge / units::n_per_mm,
-                                           p.standard_errors[2] / units::n_per_mm)),
+        p.constant
+            ? fmt::format(
+                  "a constant, {} (K would be < 0)",
+                  both(p.law.edge / units::n_per_mm, p.standard_errors[2] / units::n_per_mm))
+            : fmt::format(
+                  "k {}, n {}, edge {}",
+                  both(p.law.at_1_mm / units::n_per_mm, p.standard_errors[0] / units::n_per_mm),
+                  both(p.law.exponent, p.standard_errors[1]),
+                  p.edge_at_bound
+                      ? std::string("0 (bound)")
+                      : both(p.law.edge / units::n_per_mm, p.standard_errors[2] / units::n_per_mm)),
         p.quality, !log_is_better(one));
     const auto& l = one.log;
     row("", "log",
@@ -197,10 +203,24 @@ io::Panel panel_of(const Result& result, const char* component) {
   return panel;
 }
 
+/// Whole decades around the chips, so that the axis has its numbers.
+io::Axis chip_axis(const Result& result) {
+  double low = result.fitted.front().log.law.range.low;
+  double high = result.fitted.front().log.law.range.high;
+  for (const io::FittedSeries& one : result.fitted) {
+    low = std::min(low, one.log.law.range.low);
+    high = std::max(high, one.log.law.range.high);
+  }
+  return {.label = "chip thickness, um",
+          .low = std::pow(10.0, std::floor(std::log10(low / units::um))),
+          .high = std::pow(10.0, std::ceil(std::log10(high / units::um))),
+          .logarithmic = true};
+}
+
 std::vector<Figure> figures_of(const Result& result) {
   io::LinePlot forces;
   forces.title = "Orthogonal cuts and their laws";
-  forces.x = {.label = "chip thickness, um", .logarithmic = true};
+  forces.x = chip_axis(result);
   for (const char* component : {"tangential", "radial", "lateral"}) {
     io::Panel panel = panel_of(result, component);
     if (!panel.series.empty()) forces.panels.push_back(std::move(panel));
@@ -208,7 +228,7 @@ std::vector<Figure> figures_of(const Result& result) {
   forces.height = 300 * static_cast<int>(forces.panels.size()) + 60;
   io::LinePlot energy;
   energy.title = "Specific cutting energy of the laws";
-  energy.x = {.label = "chip thickness, um", .logarithmic = true};
+  energy.x = chip_axis(result);
   io::Panel panel{.y = {.label = "F_t/h, J/mm³", .logarithmic = true}, .series = {}};
   for (const io::FittedSeries& one : result.fitted) {
     if (one.series.component != "tangential") continue;

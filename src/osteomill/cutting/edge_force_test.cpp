@@ -48,7 +48,7 @@ TEST(EdgeForce, AtNoChipIsTheEdgeForce) {
   EXPECT_EQ(force_per_width(LinearLaw{200e6, 3e3}, 0.0), 3e3);
   // A log law that would grow without limit keeps its value at the least chip of its range.
   const LogLaw rising{0.4, -0.2, 0.1, {2e-6, 50e-6}};
-  EXPECT_EQ(force_per_width(rising, 0.0), force_per_width(rising, 2e-6));
+  EXPECT_DOUBLE_EQ(force_per_width(rising, 0.0), force_per_width(rising, 2e-6));
 }
 
 TEST(EdgeForce, RefusesWhatIsNoLawAndNamesTheParameter) {

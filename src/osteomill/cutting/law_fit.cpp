@@ -168,7 +168,15 @@ PowerFit fit_power_law(const std::vector<OrthogonalCut>& cuts) {
   PowerFit fit;
   fit.law = best_for(cuts, n);
   fit.law.range = range_of(cuts);
+  fit.constant = fit.law.at_1_mm == 0.0;
   fit.edge_at_bound = fit.law.edge == 0.0;
+  if (fit.constant) {
+    const double count = static_cast<double>(cuts.size());
+    fit.standard_errors[2] = std::sqrt(misfit(cuts, fit.law) / (count - 1.0) / count);
+    fit.quality = quality(cuts, fit.law);
+    fit.status = "fitted";
+    return fit;
+  }
   const Eigen::Index parameters = fit.edge_at_bound ? 2 : 3;
   Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(cuts.size()), parameters);
   for (std::size_t i = 0; i < cuts.size(); ++i) {

@@ -28,6 +28,7 @@ struct PowerFit {
   PowerLaw law;
   std::array<double, 3> standard_errors{};  ///< of K (N/m), n, F_e (N/m); 0 for F_e at its bound
   bool edge_at_bound = false;               ///< F_e = 0 because it would be negative
+  bool constant = false;  ///< K = 0 because it would be negative: no n, and errors of F_e alone
   FitQuality quality;
   std::string status = "not run";  ///< "fitted" when it ran
 };

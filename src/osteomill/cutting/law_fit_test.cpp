@@ -48,6 +48,15 @@ TEST(FitPowerLaw, HoldsTheEdgeForceAtZeroWhereItWouldBeNegative) {
   EXPECT_EQ(fit.standard_errors[2], 0.0);
 }
 
+TEST(FitPowerLaw, IsAConstantWhereTheForceFallsWithTheChip) {
+  const PowerFit fit = fit_power_law(cuts_of(LogLaw{0.7, 0.0, -0.1}));
+  EXPECT_TRUE(fit.constant);
+  EXPECT_EQ(fit.law.at_1_mm, 0.0);
+  EXPECT_GT(fit.law.edge, 0.0);
+  EXPECT_GT(fit.standard_errors[2], 0.0);
+  for (const double error : fit.standard_errors) EXPECT_TRUE(std::isfinite(error));
+}
+
 TEST(FitLogLaw, RecoversTheLawThatMadeTheCuts) {
   const LogLaw law{0.42083, 0.58122, -0.06584};
   const LogFit fit = fit_log_law(cuts_of(law));

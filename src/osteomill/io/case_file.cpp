@@ -98,6 +98,10 @@ void apply(ValueTree& tree, const Override& change) {
 /// The entry that `use` names: of the catalogue, or of a file of one's own, beside the case.
 ValueTree entry_of(const std::string& kind, const std::string& name, const fs::path& directory) {
   if (!name.ends_with(".toml")) return catalogue_entry(kind, name);
+  if (!fs::is_regular_file(directory / name)) {
+    throw InvalidInput(
+        Fault{"use", '"' + name + '"', "is no such file", "the path is relative to the case"});
+  }
   return parse_toml(read_text_file(directory / name), name);
 }
 

@@ -36,8 +36,8 @@ struct ModesCase {
 void bind_modes(Section& section);
 ModesCase read_modes_case(const CaseRun& run);
 
-/// [structure]: modes given one by one, those of a [beam] or of the [cutter] with its shank alike in
-/// both directions, or what was measured at the tip.
+/// [structure]: modes given one by one, those of a [beam] or of the [cutter] with its shank alike
+/// in both directions, or what was measured at the tip.
 struct StructureCase {
   std::vector<vibration::Mode> modes;
   std::vector<MeasuredTable> measured;
