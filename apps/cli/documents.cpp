@@ -83,10 +83,6 @@ void write_directory(const CaseArguments& arguments, const std::string& command,
     }
     if (run.shown.rows.size() > 1) section.blocks.emplace_back(table_of(run.shown.rows));
     for (const auto& rows : run.shown.tables) section.blocks.emplace_back(table_of(rows));
-    for (const TextFile& file : run.shown.files) {
-      const std::string prefix = runs.size() == 1 ? "" : run.name + "-";
-      io::write_text_file(output.file(prefix + file.name), file.text);
-    }
     report.sections.push_back(std::move(section));
     for (const std::string& warning : run.shown.warnings) {
       if (said.insert(warning).second) {
