@@ -162,21 +162,26 @@ std::vector<std::vector<std::string>> rows_of(const Result& result) {
     return std::vector<std::string>{name,
                                     fmt::format("{:.4g}", std::abs(value) < 1e-12 ? 0.0 : value)};
   };
+  const auto span = [](const SurfaceError& error) {
+    const auto [low, high] = std::minmax_element(error.error.begin(), error.error.end());
+    const auto cell = [](double e) { return std::abs(e) < 1e-15 ? 0.0 : e / units::mm; };
+    return fmt::format("{:.4g} ... {:.4g}", cell(*low), cell(*high));
+  };
   const ToolDeflection& bent = result.bent;
   std::vector<std::vector<std::string>> rows{
       {"deflection normal to the wall", ""},
       row("total at the tip in a revolution, mm", bent.total_tip / units::mm),
       row("at the tip when an edge makes the wall, mm", bent.tip_at_surface / units::mm),
       row("stiffness at the tip, N/mm", result.tip_stiffness * units::mm),
-      row("largest surface error, mm", largest_magnitude(bent.surface) / units::mm)};
+      {"surface error along the depth, mm (bone left > 0)", span(bent.surface)}};
   if (result.flexible) {
     rows.push_back(
         row("flexible model: total at the tip, mm", result.flexible->total_tip / units::mm));
     rows.push_back(row("flexible model: peak force, N", result.flexible->peak_force));
+    rows.push_back({"flexible model: surface error, mm", span(result.flexible->surface)});
   }
   if (result.dynamic) {
-    rows.push_back(row("largest surface error with vibration, mm",
-                       largest_magnitude(*result.dynamic) / units::mm));
+    rows.push_back({"with vibration: surface error, mm", span(*result.dynamic)});
   }
   if (result.resting) {
     rows.push_back(row("plate: varus/valgus, deg", result.resting->varus_valgus / units::deg));
@@ -184,6 +189,7 @@ std::vector<std::vector<std::string>> rows_of(const Result& result) {
         row("plate: flexion/extension, deg", result.resting->flexion_extension / units::deg));
     rows.push_back(row("plate: largest gap, mm", result.resting->largest_gap / units::mm));
     rows.push_back(row("plate: share with a gap below 0.3 mm", result.resting->share_tight));
+    rows.push_back(row("plate: share with a gap below 0.5 mm", result.resting->share_wide));
   }
   if (result.varus_valgus) {
     rows.push_back(row("budget: varus/valgus SD, deg",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "documents.hpp"
@@ -91,6 +92,14 @@ Json document_of(const Result& result, const io::OptimiseCase& one) {
     violated.push_back({{"limit", use.name}, {"share_of_limit", use.use}});
   }
   document["evaluations"] = choice.evaluations;
+  if (one.problem.heat.coefficient > 0.0) {
+    document["heat_relation"] = {{"coefficient_k", one.problem.heat.coefficient},
+                                 {"start_c", one.problem.heat.start}};
+    if (one.heat_fit) {
+      document["heat_relation"]["coefficient_standard_error_k"] = one.heat_fit->coefficient_error;
+      document["heat_relation"]["residual_rms_k"] = one.heat_fit->residual_rms;
+    }
+  }
   Json& front = document["pareto_front"] = Json::array();
   for (const ParetoPoint& p : result.front) {
     Json point = {{"time_s", p.time}, {"largest_surface_error_mm", p.error / units::mm}};
@@ -123,11 +132,15 @@ std::vector<std::vector<std::string>> rows_of(const Result& result, const io::Op
       {"feed per tooth, um", fmt::format("{:.4g}", choice.point[0] / units::um)},
       {"spindle speed, rpm", fmt::format("{:.0f}", choice.point[1] / units::rpm)},
       {"axial depth, mm", fmt::format("{:.4g}", choice.point[2] / units::mm)},
+      {"radial depth, mm", one.problem.immersion == cutting::ImmersionKind::slot
+                               ? "slot"
+                               : fmt::format("{:.4g}", choice.point[3] / units::mm)},
       {"time, s", fmt::format("{:.4g}", q.time)},
       {"peak force, N", fmt::format("{:.4g}", q.peak_force)},
       {"total tip deflection, mm", fmt::format("{:.4g}", q.deflection / units::mm)},
       {"largest surface error, mm", fmt::format("{:.4g}", q.surface_error / units::mm)},
       {"mean power, W", fmt::format("{:.4g}", q.power)},
+      {"specific energy, J/mm3", fmt::format("{:.4g}", q.energy * units::mm3)},
       {"spectral radius (chatter)", fmt::format("{:.4g}", q.chatter)}};
   if (std::isfinite(q.temperature)) {
     rows.push_back({"temperature, degC", fmt::format("{:.3g}", q.temperature)});
@@ -135,7 +148,7 @@ std::vector<std::vector<std::string>> rows_of(const Result& result, const io::Op
   return rows;
 }
 
-std::vector<std::string> sentences_of(const Result& result) {
+std::vector<std::string> sentences_of(const Result& result, const io::OptimiseCase& one) {
   const Choice& choice = result.choice;
   std::vector<std::string> sentences;
   if (!choice.binding.empty()) {
@@ -149,6 +162,13 @@ std::vector<std::string> sentences_of(const Result& result) {
     sentences.push_back(
         fmt::format("{} is exceeded by {:.1f} %", use.name, 100.0 * (use.use - 1.0)));
   }
+  if (one.heat_fit) {
+    sentences.push_back(fmt::format(
+        "temperature by K = {:.4g} +- {:.2g} K over {:g} degC, fitted to the observations within "
+        "{:.2g} K",
+        one.problem.heat.coefficient, one.heat_fit->coefficient_error, one.problem.heat.start,
+        one.heat_fit->residual_rms));
+  }
   for (const EqualTimePoint& p : result.equal) {
     sentences.push_back(fmt::format(
         "at equal removal rate, {}: {:.3g} mm deep at {:.3g} mm/s bends {:.3g} mm under {:.3g} N",
@@ -159,15 +179,22 @@ std::vector<std::string> sentences_of(const Result& result) {
 }
 
 void draw_front(const Result& result, const std::filesystem::path& file) {
-  io::Series series{.label = "", .x = {}, .y = {}, .mark = io::Mark::line_points};
+  // One colour a cutter; between the points lie other optima, which a line would only guess.
+  std::vector<io::Series> list;
   for (const ParetoPoint& p : result.front) {
-    series.x.push_back(p.time);
-    series.y.push_back(p.error / units::mm);
+    auto at = std::find_if(list.begin(), list.end(),
+                           [&](const io::Series& s) { return s.label == p.candidate; });
+    if (at == list.end()) {
+      list.push_back({.label = p.candidate, .x = {}, .y = {}, .mark = io::Mark::points});
+      at = list.end() - 1;
+    }
+    at->x.push_back(p.time);
+    at->y.push_back(p.error / units::mm);
   }
   io::draw(io::LinePlot{.title = "Time against surface error: no cut is better in both",
                         .x = {.label = "time, s"},
                         .panels = {{.y = {.label = "largest surface error, mm", .low = 0.0},
-                                    .series = {series}}}},
+                                    .series = list}}},
            file);
 }
 
@@ -180,7 +207,7 @@ void run(const CaseArguments& arguments) {
     Shown shown{.document = document_of(result, one),
                 .expanded = one.expanded,
                 .rows = rows_of(result, one),
-                .sentences = sentences_of(result),
+                .sentences = sentences_of(result, one),
                 .warnings = one.caveats};
     if (!one.problem.limits.chatter && result.choice.quality.chatter >= 1.0) {
       shown.warnings.push_back(

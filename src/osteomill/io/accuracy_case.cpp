@@ -72,6 +72,32 @@ void bind_budget(Section& section, BudgetCase& budget) {
                            Need::optional);
       t.integer("times", source.times, between(1, 1000), "how often it enters independently",
                 Need::optional);
+      std::optional<double> load, load_sd, compliance, other_compliance;
+      t.number("load_n", load, {1.0, "N"}, any(), "mean load on what gives way: fixation, guide");
+      t.number("load_sd_n", load_sd, {1.0, "N"}, non_negative(), "standard deviation of the load");
+      t.number("varus_valgus_deg_per_n", compliance, kDeg, non_negative(),
+               "how far a newton turns it in the frontal plane; adds to bias and spread");
+      t.number("flexion_extension_deg_per_n", other_compliance, kDeg, non_negative(),
+               "the same in the sagittal plane");
+      if ((compliance || other_compliance) && !load) {
+        t.fault("load_n", "is missing", "a compliance needs the load on it");
+      }
+      if (load && !compliance && !other_compliance) {
+        t.fault("varus_valgus_deg_per_n", "is missing", "a load needs a compliance to act on");
+      }
+      if (load) {
+        if (source.spread != 0.0 || other.spread != 0.0) {
+          t.fault("load_n", "stands beside a spread", "make two sources of it");
+        }
+        const auto add = [&](ErrorSource& to, double turn) {
+          const ErrorSource part =
+              source_from_compliance(source.name, *load, load_sd.value_or(0.0), turn);
+          to.bias += part.bias;
+          to.spread = part.spread;
+        };
+        add(source, compliance.value_or(0.0));
+        add(other, other_compliance.value_or(0.0));
+      }
       other.name = source.name;
       other.shape = source.shape;
       other.times = source.times;
@@ -178,7 +204,7 @@ void bind_limits(Section& section, ChoiceProblem& problem) {
   });
 }
 
-void bind_heat(Section& section, ChoiceProblem& problem) {
+void bind_heat(Section& section, ChoiceProblem& problem, std::optional<HeatCalibration>& fit) {
   section.table("heat", "calibration of T = K l omega N/f + T0", Need::optional, [&](Section& s) {
     std::optional<double> coefficient;
     problem.heat.start = 37.0;
@@ -200,7 +226,8 @@ void bind_heat(Section& section, ChoiceProblem& problem) {
     if (coefficient) problem.heat.coefficient = *coefficient;
     const bool complete = !observations.empty() && observations.front().feed_rate > 0.0;
     if (!coefficient && complete) {
-      problem.heat = calibrate(observations, problem.heat.start).relation;
+      fit = calibrate(observations, problem.heat.start);
+      problem.heat = fit->relation;
     } else if (coefficient.has_value() == !observations.empty()) {
       s.fault("coefficient_k", "needs either this or observations");
     }
@@ -242,7 +269,7 @@ void bind(Section& section, OptimiseCase& one, OptimiseTables& tables) {
                            "fibres from the feed towards +y", Need::optional);
                 });
   bind_limits(section, problem);
-  bind_heat(section, problem);
+  bind_heat(section, problem, one.heat_fit);
   section.table("options", "goal and extras", Need::optional, [&](Section& s) {
     s.choice<Goal>("goal", problem.goal,
                    {{"time", Goal::time},

@@ -58,6 +58,7 @@ DeflectCase read_deflect_case(const CaseRun& run);
 struct OptimiseCase {
   accuracy::ChoiceProblem problem;
   std::vector<accuracy::Candidate> candidates;
+  std::optional<accuracy::HeatCalibration> heat_fit;  ///< when [heat] has observations
   int pareto_points = 0;
   double removal_rate = 0.0;  ///< of the comparison at equal time, m³/s; 0: none
   double compare_speed = 0.0;

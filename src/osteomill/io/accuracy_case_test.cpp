@@ -105,6 +105,23 @@ TEST(AccuracyCase, ReadsStructureSurfaceAndBudget) {
   EXPECT_NEAR(one.tool->tip_stiffness() * units::mm, 28.16, 0.01);
 }
 
+TEST(AccuracyCase, TurnsTheLoadOnAFixationIntoBiasAndSpread) {
+  const auto with = [](const std::string& source) {
+    return kCutting + kTool + "[budget]\nsources = [ { name = \"fixation\", " + source + " } ]\n";
+  };
+  const DeflectCase one = read_deflect_case(
+      run_of(with("load_n = 10, load_sd_n = 5, flexion_extension_deg_per_n = 0.009")));
+  EXPECT_EQ(one.budget->varus_valgus[0].spread, 0.0);
+  EXPECT_NEAR(one.budget->flexion_extension[0].bias, 0.09 * units::deg, 1e-15);
+  EXPECT_NEAR(one.budget->flexion_extension[0].spread, 0.045 * units::deg, 1e-15);
+  EXPECT_THAT(faults_of(read_deflect_case, with("varus_valgus_deg_per_n = 0.1")),
+              HasSubstr("load_n"));
+  EXPECT_THAT(faults_of(read_deflect_case, with("load_n = 1")), HasSubstr("compliance"));
+  EXPECT_THAT(faults_of(read_deflect_case,
+                        with("load_n = 1, varus_valgus_deg_per_n = 0.1, varus_valgus_deg = 1")),
+              HasSubstr("two sources"));
+}
+
 TEST(AccuracyCase, ReadsCandidatesFromTheCatalogue) {
   const OptimiseCase one = read_optimise_case(run_of(kChoose));
   ASSERT_EQ(one.candidates.size(), 1u);
@@ -120,6 +137,8 @@ TEST(AccuracyCase, CalibratesTheHeatRelation) {
              "5000, flutes = 2, feed_rate_mm_per_s = 3.3333333, temperature_c = 45 } ]\n"));
   // l ω N/f = 2π · 5 mm/0.02 mm.
   EXPECT_NEAR(one.problem.heat.coefficient, 20.0 / (2.0 * 3.14159265 * 250.0), 1e-6);
+  ASSERT_TRUE(one.heat_fit);
+  EXPECT_NEAR(one.heat_fit->residual_rms, 0.0, 1e-9);
 }
 
 TEST(AccuracyCase, NamesEveryFault) {

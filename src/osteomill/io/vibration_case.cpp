@@ -132,6 +132,9 @@ void bind(Section& section, StabilityCase& one, StabilityTables& tables) {
            "follow the boundary from speed to speed instead of scanning each");
     s.integer("map_depths", one.map_depths, between(0, 1000),
               "depths of a map of the spectral radius; 0: no map", Need::optional);
+    s.integer("judge", one.judge, between(0, 1000),
+              "speeds of the list at which a simulation in time judges the limit from both sides",
+              Need::optional);
     s.number("thinnest_chip_um", tables.thinnest_chip, {units::um, "um"}, positive(),
              "chip below which a law of bone is not linearised", Need::optional);
     const bool frequency_domain =

@@ -57,6 +57,7 @@ struct StabilityCase {
   std::vector<double> speeds;  ///< rad/s
   bool continuation = false;
   int map_depths = 0;           ///< of the margin map; 0: none
+  int judge = 0;                ///< speeds at which a simulation in time judges the limit
   std::optional<double> depth;  ///< m, of the cut in a bone
   std::optional<double> speed;  ///< rad/s, of the cut in a bone
   std::vector<std::string> caveats;

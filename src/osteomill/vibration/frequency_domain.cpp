@@ -130,14 +130,27 @@ FrequencyDomainLimit ZeroOrder::limit(double spindle_speed) const {
 
 namespace {
 
+/// Frequency of the highest mode whose peak 1/(2ζk) is a twentieth of the largest at least: a
+/// stiffer one cannot chatter before the depth is twenty times that of the other.
+double highest_lively_mode(const RegenerativeSystem& system) {
+  const auto peak = [](const Mode& m) { return 1.0 / (m.damping_ratio * modal_stiffness(m)); };
+  double largest = 0.0, highest = 0.0;
+  for (const Mode& mode : system.modes()) largest = std::max(largest, peak(mode));
+  for (const Mode& mode : system.modes()) {
+    if (peak(mode) >= 0.05 * largest) highest = std::max(highest, mode.frequency_hz);
+  }
+  return highest;
+}
+
 /// Hill's determinant at one spindle speed, the directional harmonics as they are at one depth.
 class Hill {
  public:
   Hill(const RegenerativeSystem& system, double spindle_speed, int harmonics)
       : system_(system), period_(system.tooth_period(spindle_speed)), tooth_hz_(1.0 / period_) {
-    // Lines f + r/T, r = −half … half − 1, with f in (0, 1/2T]: they reach beyond every mode on
-    // both sides of zero, and at f = 1/2T the set is its own mirror image, as flip chatter needs.
-    half_ = static_cast<int>(std::ceil(system.highest_frequency_hz() * period_)) + harmonics;
+    // Lines f + r/T, r = −half … half − 1, with f in (0, 1/2T]: they reach beyond every mode that
+    // may chatter on both sides of zero, and at f = 1/2T the set is its own mirror image, as flip
+    // chatter needs.
+    half_ = static_cast<int>(std::ceil(highest_lively_mode(system) * period_)) + harmonics;
     for (int r = 1 - lines(); r <= lines() - 1; ++r) {
       straight_.push_back(reduced(system.cut().harmonic(r)));
     }
@@ -300,16 +313,32 @@ FrequencyDomainLimit helical_limit(const RegenerativeSystem& system, Hill& hill,
       at_low = at_high;
       continue;
     }
-    while (high - low > 1e-6 * high) {
-      const double middle = 0.5 * (low + high);
+    // Regula falsi with the Illinois step on the room L(a) − a.
+    double f_low = std::min(at_low.depth, 10.0 * max_depth) - low, f_high = at_high.depth - high;
+    for (int side = 0, i = 0; i < 60 && high - low > 1e-6 * high; ++i) {
+      double middle = (low * f_high - high * f_low) / (f_high - f_low);
+      if (!(middle > low && middle < high)) middle = 0.5 * (low + high);
       const FrequencyDomainLimit at_middle = frozen(middle);
-      if (at_middle.depth > middle) {
+      const double f = std::min(at_middle.depth, 10.0 * max_depth) - middle;
+      if (f > 0.0) {
         low = middle;
+        f_low = f;
+        if (side == -1) f_high *= 0.5;
+        side = -1;
       } else {
         high = middle;
+        f_high = f;
         at_high = at_middle;
+        if (side == 1) f_low *= 0.5;
+        side = 1;
+      }
+      if (std::abs(f) < 1e-7 * high) {
+        high = middle;
+        at_high = at_middle;
+        break;
       }
     }
+    hill.freeze_at(high);
     at_high.depth = high;
     return at_high;
   }

@@ -191,6 +191,18 @@ TEST(Stability, HelixEntersEveryMethodAlike) {
   }
 }
 
+TEST(Stability, MultiFrequencyLeavesOutTheLinesOfModesTooStiffToChatter) {
+  // A mode at 9 kHz, forty times as stiff: 54 harmonics of the tooth passing away.
+  const double mass = 40.0 * 0.03993 * std::pow(922.0 / 9000.0, 2);
+  const RegenerativeSystem system(
+      {{922.0, 0.011, 0.03993, 1.0, 0.0}, {9000.0, 0.011, mass, 1.0, 0.0}}, cut(Immersion::slot));
+  const auto limit = [&](StabilityMethod method) {
+    return lobes(system, {5000 * rpm}, {.method = method, .max_depth = 2 * mm})[0].limit_depth;
+  };
+  const double semi = limit(StabilityMethod::semi_discretisation);
+  EXPECT_NEAR(limit(StabilityMethod::multi_frequency), semi, 5e-3 * semi);
+}
+
 TEST(Stability, FrequencyDomainMethodsTakeAMeasuredReceptance) {
   const RegenerativeSystem modal = one_direction(Immersion::slot);
   // A structure of twice the stiffness, measured: it doubles every limit, whatever the modes say.
