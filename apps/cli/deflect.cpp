@@ -178,7 +178,8 @@ std::vector<std::vector<std::string>> rows_of(const Result& result) {
     rows.push_back(
         row("flexible model: total at the tip, mm", result.flexible->total_tip / units::mm));
     rows.push_back(row("flexible model: peak force, N", result.flexible->peak_force));
-    rows.push_back({"flexible model: surface error, mm", span(result.flexible->surface)});
+    rows.push_back({"flexible model: surface error, mm",
+                    result.flexible->repeats ? span(result.flexible->surface) : "not at rest"});
   }
   if (result.dynamic) {
     rows.push_back({"with vibration: surface error, mm", span(*result.dynamic)});
@@ -219,7 +220,7 @@ void draw_error(const Result& result, const std::filesystem::path& file) {
   io::Panel panel{.y = {.label = "surface error, mm (bone left > 0)"},
                   .series = {{"rigid cut", in_mm(result.bent.surface.axial_position),
                               in_mm(result.bent.surface.error)}}};
-  if (result.flexible) {
+  if (result.flexible && result.flexible->repeats) {
     panel.series.push_back({"flexible", in_mm(result.flexible->surface.axial_position),
                             in_mm(result.flexible->surface.error)});
   }
@@ -245,8 +246,9 @@ Shown show(const io::CaseRun& run) {
               .warnings = one.caveats};
   if (result.flexible && !result.flexible->repeats) {
     shown.warnings.push_back(
-        "the flexible model does not come to rest: the cut is stiffer than the tool; see "
-        "osteomill stability");
+        "the flexible model does not come to rest in 40 revolutions: either the feed has not yet "
+        "brought the bone to an edge that gives way this far, or the cut is stiffer than the tool "
+        "(see osteomill stability); its surface is not shown, read that of the rigid cut");
     shown.document["warnings"] = shown.warnings;
   }
   shown.figures = {{"tool_deflection",
