@@ -162,12 +162,17 @@ std::vector<std::string> sentences_of(const Result& result, const io::OptimiseCa
     sentences.push_back(
         fmt::format("{} is exceeded by {:.1f} %", use.name, 100.0 * (use.use - 1.0)));
   }
-  if (one.heat_fit) {
+  if (one.heat_fit && one.heat_fit->coefficient_error > 0.0) {
     sentences.push_back(fmt::format(
         "temperature by K = {:.4g} +- {:.2g} K over {:g} degC, fitted to the observations within "
         "{:.2g} K",
         one.problem.heat.coefficient, one.heat_fit->coefficient_error, one.problem.heat.start,
         one.heat_fit->residual_rms));
+  } else if (one.heat_fit) {
+    sentences.push_back(
+        fmt::format("temperature by K = {:.4g} K over {:g} degC, from one observation: without a "
+                    "measure of its error",
+                    one.problem.heat.coefficient, one.problem.heat.start));
   }
   for (const EqualTimePoint& p : result.equal) {
     sentences.push_back(fmt::format(
@@ -191,11 +196,12 @@ void draw_front(const Result& result, const std::filesystem::path& file) {
     at->x.push_back(p.time);
     at->y.push_back(p.error / units::mm);
   }
-  io::draw(io::LinePlot{.title = "Time against surface error: no cut is better in both",
-                        .x = {.label = "time, s"},
-                        .panels = {{.y = {.label = "largest surface error, mm", .low = 0.0},
-                                    .series = list}}},
-           file);
+  io::draw(
+      io::LinePlot{
+          .title = "Time against surface error: no cut is better in both",
+          .x = {.label = "time, s", .low = 0.0, .high = 1.05 * result.front.back().time},
+          .panels = {{.y = {.label = "largest surface error, mm", .low = 0.0}, .series = list}}},
+      file);
 }
 
 void run(const CaseArguments& arguments) {
