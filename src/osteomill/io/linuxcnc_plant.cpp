@@ -2,16 +2,20 @@
 #include "osteomill/io/linuxcnc_plant.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/io/real_time.hpp"
 
 namespace osteomill::io {
 namespace {
 
-constexpr double kRest = 1e-6;                 // slower than 1 um/s is rest, m/s
-constexpr double kLongestApproach = 60.0;      // s from arming to the start of the path
+constexpr double kRest = 1e-6;      // slower than 1 um/s is rest, m/s
+constexpr double kAfterRest = 0.5;  // s that a stop is followed beyond the spindle's delay
+constexpr int kPriority = 85;       // above the controller's
+constexpr auto kLongestApproach = std::chrono::seconds(60);  // from arming to the path
 constexpr std::size_t kFirstHeartbeats = 100;  // cycles until the watchdog must have heard one
 constexpr std::size_t kMostWaiting = 4096;     // cycles; four seconds
 
@@ -49,17 +53,14 @@ LinuxcncPlant::LinuxcncPlant(linuxcnc::Machine& machine, simulate::Milling& mill
   positions_.resize(static_cast<std::size_t>(samples_per_cycle_));
   feeds_.resize(positions_.size());
   load_.resize(positions_.size());
-  waiting_.reserve(kMostWaiting);
 }
 
-bool LinuxcncPlant::next_cycle(linuxcnc::Cycle& cycle) {
-  if (played_ == waiting_.size()) {
-    waiting_.clear();
-    played_ = 0;
-    if (!machine_.receive(waiting_, options_.silence)) return false;
+LinuxcncPlant::~LinuxcncPlant() {
+  {
+    const std::lock_guard lock(mutex_);
+    leave_ = true;
   }
-  cycle = waiting_[played_++];
-  return true;
+  if (thread_.joinable()) thread_.join();
 }
 
 void LinuxcncPlant::order() {
@@ -124,18 +125,18 @@ void LinuxcncPlant::look(const linuxcnc::Cycle& cycle, bool answers) {
   input.revolution_line = options_.flutes == 1 ? 0.0 : force_.line(1);
   input.feed = cycle.feed * units::mm_per_s;
   input.command = place_.cut ? command_.feed : 0.0;
-  input.compute_time = compute_time_;
+  input.compute_time = asked_ ? options_.clock() - *asked_ : 0.0;
   input.sensor_saturated = netft::faulty(sensor_.health().status);
   // Switched off, or its watchdog has let go.
   input.machine_answers =
       answers && cycle.motion_enabled != 0 && (cycle.order == 0 || cycle.heart_beats != 0);
-  compute_time_ = 0.0;
   if (options_.disturb) options_.disturb(input);
   verdict_ = control::supervise(options_.supervisor, watch_, input);
   watch_ = verdict_.state;
   if (!verdict_.tripped) return;
   stop_ = MachineStop{
       {input.clock, watch_.cause, watch_.value, watch_.limit}, cycle.number, {}, {}, {}};
+  stop_by_ = options_.clock() + kAfterRest + 2.0 * options_.supervisor.spindle_delay;
   order();
 }
 
@@ -160,7 +161,12 @@ void LinuxcncPlant::play(const linuxcnc::Cycle& cycle) {
     milling_.start_at(place.position);
   }
   measure(place, cycle);
+  const bool begins = place.cut && !on_path_;
   place_ = place;
+  if (begins) {
+    on_path_ = true;  // the controller's first observation
+    period_over_ = true;
+  }
   if (place.cut && ++cycles_in_period_ == cycles_per_period_) close_period();
   if (stop_) note_stop(cycle);
   look(cycle, true);
@@ -203,54 +209,84 @@ control::Observation LinuxcncPlant::observe() const {
   return seen;
 }
 
+/// Whether there is more to look at: until the path has come to its end, or a stop to rest.
+bool LinuxcncPlant::watching() {
+  if (leave_ || place_.finished) return false;
+  return !stop_ || (!(stop_->rest && stop_->spindle) && options_.clock() < stop_by_);
+}
+
+void LinuxcncPlant::watch_machine() {
+  ask_for_real_time(kPriority);
+  std::vector<linuxcnc::Cycle> cycles;
+  cycles.reserve(kMostWaiting);
+  try {
+    for (bool more = true; more;) {
+      cycles.clear();
+      const bool answers = machine_.receive(cycles, options_.silence);
+      const std::lock_guard lock(mutex_);
+      for (const linuxcnc::Cycle& cycle : cycles) play(cycle);
+      if (!answers) look(log_.empty() ? linuxcnc::Cycle{} : log_.back(), false);
+      // The heartbeat: after all that has come was looked at.
+      order();
+      more = watching() && answers;
+      if (period_over_ || !more) changed_.notify_all();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  done_ = true;
+  changed_.notify_all();
+}
+
+control::Observation LinuxcncPlant::wait_for_period(std::unique_lock<std::mutex>& lock) {
+  changed_.wait(lock, [this] { return done_ || (period_over_ && !stop_); });
+  if (failure_) std::rethrow_exception(failure_);
+  period_over_ = false;
+  asked_ = options_.clock();
+  return observe();
+}
+
 control::Observation LinuxcncPlant::start() {
   sensor_.start();
   order();
-  const double begin = options_.clock();
-  linuxcnc::Cycle cycle;
-  while (!place_.cut && !stop_) {
-    if (!next_cycle(cycle) || options_.clock() - begin > kLongestApproach) {
-      throw WorldError("the machine does not come to the start of the path; see LinuxCNC's log");
-    }
-    play(cycle);
-    if (played_ == waiting_.size()) order();
+  std::unique_lock lock(mutex_);
+  thread_ = std::thread([this] { watch_machine(); });
+  // The approach: until the first cycle on the path.
+  const auto begin = std::chrono::steady_clock::now();
+  if (!changed_.wait_until(lock, begin + kLongestApproach,
+                           [this] { return done_ || period_over_; })) {
+    throw WorldError("the machine does not come to the start of the path; see LinuxCNC's log");
   }
-  left_at_ = options_.clock();
-  return observe();
+  return wait_for_period(lock);
 }
 
 control::Observation LinuxcncPlant::advance(const control::FeedCommand& command) {
-  compute_time_ = options_.clock() - left_at_;
+  std::unique_lock lock(mutex_);
   command_ = command;
-  period_over_ = false;
-  order();
-  linuxcnc::Cycle cycle = log_.empty() ? linuxcnc::Cycle{} : log_.back();
-  while (!period_over_ && !place_.finished && !stop_) {
-    if (!next_cycle(cycle)) {
-      look(log_.back(), false);
-      break;
-    }
-    play(cycle);
-    // The heartbeat: after all that has come was looked at.
-    if (played_ == waiting_.size()) order();
-  }
-  if (place_.finished) order();
-  if (stop_) watch_until(2.0 * options_.supervisor.spindle_delay);
-  left_at_ = options_.clock();
-  return observe();
+  asked_.reset();
+  if (!done_) order();
+  return wait_for_period(lock);
 }
 
-void LinuxcncPlant::watch_until(double seconds) {
-  const double end = options_.clock() + seconds;
-  linuxcnc::Cycle cycle;
-  while (options_.clock() < end && !(stop_->rest && stop_->spindle)) {
-    if (!next_cycle(cycle)) return;
-    play(cycle);
-    order();
-  }
+bool LinuxcncPlant::stopped() const {
+  const std::lock_guard lock(mutex_);
+  return stop_.has_value();
+}
+
+std::vector<simulate::Step> LinuxcncPlant::steps() const {
+  const std::lock_guard lock(mutex_);
+  return steps_;
+}
+
+std::vector<linuxcnc::Cycle> LinuxcncPlant::cycles() const {
+  const std::lock_guard lock(mutex_);
+  return log_;
 }
 
 MachineSummary LinuxcncPlant::summary() const {
+  const std::lock_guard lock(mutex_);
   MachineSummary done;
   done.cycles = static_cast<std::uint32_t>(log_.size());
   done.lost = lost_;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
+#include <exception>
 #include <functional>
+#include <mutex>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "osteomill/control/plant.hpp"
@@ -20,9 +24,11 @@ namespace osteomill::io {
 
 struct LinuxcncOptions {
   control::SupervisorLimits supervisor;
-  double full_feed = 12e-3;     ///< that the program asks for; commands are shares of it, m/s
-  double servo_period = 1e-3;   ///< of the machine, s
-  double silence = 0.1;         ///< without a servo cycle the machine is lost, s
+  double full_feed = 12e-3;    ///< that the program asks for; commands are shares of it, m/s
+  double servo_period = 1e-3;  ///< of the machine, s
+  /// Without a servo cycle for so long the machine is lost, s. It does not move meanwhile: what
+  /// moves it is that cycle.
+  double silence = 0.25;
   double force_limit = 30.0;    ///< N; time above it is counted
   double spindle_speed = 0.0;   ///< rad/s
   double sample_rate = 8000.0;  ///< of the force sensor, 1/s
@@ -47,19 +53,23 @@ class LinuxcncPlant final : public control::Plant {
                 netft::Client& sensor, netft::FakeSensor* fake, const LinuxcncOptions& options,
                 double control_period);
 
+  ~LinuxcncPlant() override;
+  LinuxcncPlant(const LinuxcncPlant&) = delete;
+  LinuxcncPlant& operator=(const LinuxcncPlant&) = delete;
+
   control::Observation start() override;
   control::Observation advance(const control::FeedCommand& command) override;
 
   MachineSummary summary() const;
+  bool stopped() const;
   /// As the sensor measured it: the bone's periods with the forces of the sensor in their place.
-  const std::vector<simulate::Step>& steps() const { return steps_; }
+  std::vector<simulate::Step> steps() const;
   /// Every cycle that was seen.
-  const std::vector<linuxcnc::Cycle>& cycles() const { return log_; }
-  /// While the supervisor holds: until the machine is at rest and its spindle inhibited.
-  void watch_until(double seconds);
+  std::vector<linuxcnc::Cycle> cycles() const;
 
  private:
-  bool next_cycle(linuxcnc::Cycle& cycle);
+  void watch_machine();
+  bool watching();
   void play(const linuxcnc::Cycle& cycle);
   void measure(const PathFollower::Place& place, const linuxcnc::Cycle& cycle);
   void look(const linuxcnc::Cycle& cycle, bool answers);
@@ -67,6 +77,7 @@ class LinuxcncPlant final : public control::Plant {
   void order();
   void close_period();
   control::Observation observe() const;
+  control::Observation wait_for_period(std::unique_lock<std::mutex>& lock);
 
   linuxcnc::Machine& machine_;
   simulate::Milling& milling_;
@@ -80,18 +91,17 @@ class LinuxcncPlant final : public control::Plant {
   control::FeedCommand command_;
   control::SupervisorState watch_;
   control::SupervisorStep verdict_;
-  double left_at_ = 0.0;       ///< clock when the controller got to work
-  double compute_time_ = 0.0;  ///< that it took, s
+  std::optional<double> asked_;  ///< clock when the controller got to work; none: it waits
+  double stop_by_ = 0.0;         ///< clock until which a stop is followed
 
-  std::vector<linuxcnc::Cycle> waiting_;  ///< received and not yet played
-  std::size_t played_ = 0;
   std::vector<linuxcnc::Cycle> log_;
   std::uint32_t lost_ = 0;
   bool heard_ = false;  ///< the machine's watchdog has heard the heartbeat
   PathFollower::Place place_;
   double feed_ = 0.0;         ///< of the tool, m/s
   int cycles_in_period_ = 0;  ///< on the case's path
-  bool period_over_ = false;
+  bool period_over_ = false;  ///< and the controller has not seen it yet
+  bool on_path_ = false;      ///< the approach is over
 
   numerics::RevolutionWindow force_, torque_;
   std::vector<double> positions_, feeds_;  ///< of the samples of a cycle
@@ -108,6 +118,14 @@ class LinuxcncPlant final : public control::Plant {
   double sent_feed_ = -1.0;
   std::vector<int> feed_delays_;
   std::optional<MachineStop> stop_;
+
+  // What the thread and the controller share is everything above, under this.
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool done_ = false;   ///< the thread looks no more
+  bool leave_ = false;  ///< it is asked to end
+  std::exception_ptr failure_;
+  std::thread thread_;
 };
 
 }  // namespace osteomill::io

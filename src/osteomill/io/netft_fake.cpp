@@ -52,6 +52,16 @@ int FakeSensor::port() const { return socket_->socket.local_endpoint().port(); }
 
 bool FakeSensor::streaming() const { return socket_->client.has_value(); }
 
+void FakeSensor::set_fault(SensorFault fault) {
+  const std::lock_guard lock(mutex_);
+  fault_ = fault;
+}
+
+void FakeSensor::set_tamper(Tamper tamper) {
+  const std::lock_guard lock(mutex_);
+  tamper_ = std::move(tamper);
+}
+
 void FakeSensor::answer() {
   std::array<std::uint8_t, 64> bytes{};
   while (true) {
@@ -89,6 +99,7 @@ void FakeSensor::send(const Record& record) {
 
 void FakeSensor::measure(std::span<const Sample> samples) {
   answer();
+  const std::lock_guard lock(mutex_);
   for (const Sample& sample : samples) {
     load_ = sample;
     if (tamper_) tamper_(load_, last_.ft_sequence);

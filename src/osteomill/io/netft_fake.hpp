@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
-#include <utility>
 
 #include "osteomill/base/random.hpp"
 #include "osteomill/io/netft_client.hpp"
@@ -31,7 +31,8 @@ struct FakeOptions {
 };
 
 /// A Net F/T sensor that speaks RDT on loopback, on a port of its own. It measures what it is told:
-/// `measure` takes loads in the order of their samples, so whoever plays the bone drives it.
+/// `measure` takes loads in the order of their samples, so whoever plays the bone drives it. Faults
+/// may be set from another thread.
 class FakeSensor {
  public:
   explicit FakeSensor(const FakeOptions& options = {});
@@ -43,10 +44,10 @@ class FakeSensor {
   bool streaming() const;
   /// Answers what has been asked, then sends the samples to the client that asked for them last.
   void measure(std::span<const Sample> samples);
-  void set_fault(SensorFault fault) { fault_ = fault; }
+  void set_fault(SensorFault fault);
   /// What else loads the sensor: changes each load before it is measured; `number` counts them.
   using Tamper = std::function<void(Sample& load, std::uint64_t number)>;
-  void set_tamper(Tamper tamper) { tamper_ = std::move(tamper); }
+  void set_tamper(Tamper tamper);
 
  private:
   struct Socket;
@@ -56,6 +57,7 @@ class FakeSensor {
   FakeOptions options_;
   Random random_;
   std::unique_ptr<Socket> socket_;
+  std::mutex mutex_;  ///< for the two below
   SensorFault fault_ = SensorFault::none;
   Tamper tamper_;
   Record last_;

@@ -6,10 +6,10 @@
 
 namespace osteomill::io {
 
-bool ask_for_real_time() {
-  sched_param priority{};
-  priority.sched_priority = 80;
-  return sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) == 0 &&
+bool ask_for_real_time(int priority) {
+  sched_param wanted{};
+  wanted.sched_priority = priority;
+  return sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &wanted) == 0 &&
          mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
 }
 

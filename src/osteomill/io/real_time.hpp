@@ -3,8 +3,8 @@
 
 namespace osteomill::io {
 
-/// Asks for SCHED_FIFO and locked memory for the calling thread's process; says whether the system
-/// granted both. Programs that are started afterwards run as any other.
-bool ask_for_real_time();
+/// Asks for SCHED_FIFO for the calling thread and locked memory for its process; says whether the
+/// system granted both. Threads and programs that are started afterwards run as any other.
+bool ask_for_real_time(int priority = 80);
 
 }  // namespace osteomill::io
