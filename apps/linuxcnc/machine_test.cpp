@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <numbers>
 #include <optional>
@@ -28,6 +29,7 @@
 #include "osteomill/io/linuxcnc_plant.hpp"
 #include "osteomill/io/linuxcnc_run.hpp"
 #include "osteomill/io/machine_process.hpp"
+#include "osteomill/io/real_time.hpp"
 #include "osteomill/io/simulated_run.hpp"
 
 namespace osteomill::io {
@@ -57,6 +59,15 @@ SimulateCase long_lines() {
   input.stock.profile.peak_to_mean = 1.48;
   input.machine.spindle_speed = 6000 * units::rpm;
   return input;
+}
+
+/// Without a realtime kernel a busy computer may keep a process waiting until the supervisor or the
+/// watchdog stops the machine, as they should. What is tested here is what happens when it does
+/// not.
+bool starved(const std::optional<MachineStop>& stop) {
+  if (!stop) return false;
+  std::printf("stopped: %s %s\n", control::name(stop->event.cause), stop->detail);
+  return stop->event.cause == Cause::machine_lost || stop->event.cause == Cause::controller_overrun;
 }
 
 /// What a shell command prints, without the end of the line.
@@ -92,6 +103,7 @@ struct Session {
     };
     plant.emplace(machine, milling, PathFollower(machine_path(bone, 5e-3)), client, &sensor,
                   options, 10e-3);
+    ask_for_real_time();
     plant->start();
   }
   /// Control periods at a feed; ends early when the supervisor stops the machine.
@@ -118,6 +130,16 @@ struct LongLines {
   MachineProcess process{kLauncher, machine_program(long_lines())};
 };
 
+/// A session that cuts at full feed; null when the computer is too busy three times running.
+std::unique_ptr<Session> cutting(const MachineProcess& process, const LinuxcncOptions& options) {
+  for (int tries = 0; tries < 3; ++tries) {
+    auto session = std::make_unique<Session>(process, options);
+    session->cut(kFull, 40);
+    if (!starved(session->plant->summary().stop)) return session;
+  }
+  return nullptr;
+}
+
 int median(std::vector<int> values) {
   std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
   return values[values.size() / 2];
@@ -132,7 +154,10 @@ TEST(LinuxcncMachine, MillsThreeLinesInTheTimeOfTheSimulation) {
   options.make = [&](const SimulateCase& input, simulate::Milling& milling) {
     return linuxcnc.make(input, milling);
   };
-  const std::vector<SimulatedRun> online = run_simulations(cases, {}, options);
+  std::vector<SimulatedRun> online = run_simulations(cases, {}, options);
+  for (int more = 2; more > 0 && starved(online.front().machine->stop); --more) {
+    online = run_simulations(cases, {}, options);
+  }
   ASSERT_EQ(online.size(), 1U);
   const SimulatedRun& run = online.front();
   std::printf("three lines: %.2f s on LinuxCNC, %.2f s simulated; moves between included %.2f s\n",
@@ -151,7 +176,9 @@ TEST(LinuxcncMachine, MillsThreeLinesInTheTimeOfTheSimulation) {
 
 TEST(LinuxcncMachine, FollowsAChangeOfTheFeedWithinTwoServoPeriods) {
   const LongLines there;
-  Session session(there.process);
+  std::unique_ptr<Session> made = cutting(there.process, {});
+  ASSERT_TRUE(made);
+  Session& session = *made;
   for (int i = 0; i < 40; ++i) session.cut(i % 2 == 0 ? kFull : kFull / 4.0, 10);
   ASSERT_FALSE(session.plant->stopped());
 
@@ -276,14 +303,11 @@ TEST(LinuxcncMachine, StandsAfterEveryFaultThatTheSupervisorKnows) {
     LinuxcncOptions options;
     options.supervisor.sample_age = 8e-3;
     if (fault.cause == Cause::force_rate) options.supervisor.force_rate = 5e3;
-    Session session(there.process, options);
-    session.cut(kFull, 40);
-    const Cycle last = session.plant->cycles().back();
-    ASSERT_FALSE(session.plant->stopped())
-        << control::name(session.plant->summary().stop->event.cause) << " after "
-        << session.plant->cycles().size() << " cycles; on " << int{last.motion_enabled}
-        << ", heartbeat " << int{last.heart_beats} << ", order " << last.order;
-    const std::uint32_t injected = last.number;
+    std::unique_ptr<Session> made = cutting(there.process, options);
+    ASSERT_TRUE(made);
+    Session& session = *made;
+    ASSERT_FALSE(session.plant->stopped());
+    const std::uint32_t injected = session.plant->cycles().back().number;
     fault.inject(session);
     const std::optional<MachineStop> stop = session.plant->summary().stop;
     ASSERT_TRUE(stop);
@@ -355,6 +379,15 @@ bool comes_true(const std::function<bool()>& condition, double patience) {
 
 bool moves() { return std::abs(std::stod(pin("motion.current-vel"))) > 1.0; }
 
+/// A controller that moves the machine; null when the computer is too busy three times running.
+std::unique_ptr<Controller> moving(const MachineProcess& process) {
+  for (int tries = 0; tries < 3; ++tries) {
+    auto controller = std::make_unique<Controller>(process);
+    if (comes_true(moves, 5.0)) return controller;
+  }
+  return nullptr;
+}
+
 /// The machine with the program of the tibia, which the controller expects.
 struct Tibia {
   std::vector<SimulateCase> cases =
@@ -366,9 +399,9 @@ TEST(LinuxcncMachine, HoldsTheFeedWhenTheControllerIsKilledOrHangsOrTheComponent
   const Tibia there;
   EXPECT_TRUE(held()) << "before a controller comes";
   {
-    const Controller controller(there.process);
-    ASSERT_TRUE(comes_true(moves, 10.0));
-    controller.signal(SIGKILL);
+    const std::unique_ptr<Controller> controller = moving(there.process);
+    ASSERT_TRUE(controller);
+    controller->signal(SIGKILL);
     const double killed = now();
     ASSERT_TRUE(comes_true(held, 5.0));
     std::printf("kill -9 of the controller: held, seen after %.0f ms\n", 1e3 * (now() - killed));
@@ -377,20 +410,20 @@ TEST(LinuxcncMachine, HoldsTheFeedWhenTheControllerIsKilledOrHangsOrTheComponent
     ASSERT_TRUE(comes_true([] { return pin("spindle.0.inhibit") == "TRUE"; }, 5.0));
   }
   {
-    const Controller controller(there.process);
-    ASSERT_TRUE(comes_true(moves, 10.0)) << "another controller takes over";
-    controller.signal(SIGSTOP);
+    const std::unique_ptr<Controller> controller = moving(there.process);
+    ASSERT_TRUE(controller) << "another controller takes over";
+    controller->signal(SIGSTOP);
     const double stopped = now();
     ASSERT_TRUE(comes_true(held, 5.0));
     std::printf("SIGSTOP of the controller: held, seen after %.0f ms\n", 1e3 * (now() - stopped));
     EXPECT_EQ(pin("heart-beats.out"), "FALSE");
-    controller.signal(SIGCONT);
+    controller->signal(SIGCONT);
     sleep_for(0.3);
     EXPECT_TRUE(held()) << "it does not start again when the controller wakes up";
   }
   {
-    const Controller controller(there.process);
-    ASSERT_TRUE(comes_true(moves, 10.0));
+    const std::unique_ptr<Controller> controller = moving(there.process);
+    ASSERT_TRUE(controller);
     const std::string id = output_of("pidof osteomill_hal");
     ASSERT_FALSE(id.empty());
     kill(std::stoi(id), SIGKILL);

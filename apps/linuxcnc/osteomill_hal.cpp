@@ -32,6 +32,9 @@ using osteomill::io::linuxcnc::State;
 // The FIFO of sampler(9) number 0, and the pins that osteomill.hal gives it.
 constexpr int kSamplerKey = 0x48534130;
 constexpr const char* kSamplerPins = "fffffssbbbb";
+// From one controller to the next: looks, so that the servo thread sees the pin `armed` go down,
+// which is what sets the watchdog back.
+constexpr int kBetweenControllers = 40;
 // Between two looks at the FIFO: half a servo cycle, so that no cycle waits longer than one.
 constexpr timespec kLook = {0, 500'000};
 
@@ -117,9 +120,9 @@ class Link {
   bool listening() const { return listener_ >= 0; }
   bool connected() const { return client_ >= 0; }
 
-  /// Sleeps until something arrives, at the longest until the next look.
+  /// Sleeps until an order arrives, at the longest until the next look.
   void wait() const {
-    pollfd what{connected() ? client_ : listener_, POLLIN, 0};
+    pollfd what{client_, POLLIN, 0};  // not looked at when there is none
     ppoll(&what, 1, &kLook, nullptr);
   }
 
@@ -176,12 +179,11 @@ Cycle cycle_of(const std::array<hal_stream_data, 11>& pins, unsigned number) {
 
 void serve(const Pins& pins, hal_stream_t& cycles, Link& link) {
   std::array<hal_stream_data, 11> data{};
+  int alone = 0;  // looks without a controller
   while (stop_asked == 0) {
     link.wait();
-    if (!link.connected()) {
-      let_go(pins);
-      link.accept_one();
-    }
+    alone = link.connected() ? 0 : alone + 1;
+    if (alone > kBetweenControllers) link.accept_one();
     Order order;
     while (link.receive(order)) {
       if (!follow(pins, order)) link.drop();

@@ -140,6 +140,7 @@ Json machine_of(const SimulatedRun& run) {
   if (machine.stop) {
     const MachineStop& was = *machine.stop;
     stop = {{"cause", control::name(was.event.cause)},
+            {"detail", was.detail},
             {"feed_held_after_ms", after(was.held, was.seen)},
             {"at_rest_after_ms", after(was.rest, was.seen)},
             {"spindle_inhibited_after_ms", after(was.spindle, was.seen)}};

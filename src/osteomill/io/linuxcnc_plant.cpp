@@ -16,7 +16,8 @@ constexpr double kRest = 1e-6;      // slower than 1 um/s is rest, m/s
 constexpr double kAfterRest = 0.5;  // s that a stop is followed beyond the spindle's delay
 constexpr int kPriority = 85;       // above the controller's
 constexpr auto kLongestApproach = std::chrono::seconds(60);  // from arming to the path
-constexpr std::size_t kFirstHeartbeats = 100;  // cycles until the watchdog must have heard one
+constexpr int kListening = 20;                               // cycles
+constexpr std::size_t kFirstHeartbeats = 200;  // cycles until the watchdog must listen
 constexpr std::size_t kMostWaiting = 4096;     // cycles; four seconds
 
 int whole_ratio(double of, double by) { return static_cast<int>(std::lround(of / by)); }
@@ -113,6 +114,17 @@ void LinuxcncPlant::measure(const PathFollower::Place& place, const linuxcnc::Cy
   feed_ = feed;
 }
 
+/// What the machine fails to do; null when it answers. A watchdog that is armed anew may let go
+/// once more before it listens, so it counts from when it has listened for a while.
+const char* LinuxcncPlant::missing(const linuxcnc::Cycle& cycle, bool answers) {
+  if (!answers) return "no servo cycle came";
+  if (cycle.motion_enabled == 0) return "it is off";
+  const bool listening = heard_ >= kListening;
+  if (!listening) heard_ = cycle.heart_beats != 0 ? heard_ + 1 : 0;
+  const bool silent = listening ? cycle.heart_beats == 0 : log_.size() > kFirstHeartbeats;
+  return silent ? "its watchdog does not hear the heartbeat" : nullptr;
+}
+
 void LinuxcncPlant::look(const linuxcnc::Cycle& cycle, bool answers) {
   control::SupervisorInput input;
   const std::uint32_t first = log_.empty() ? cycle.number : log_.front().number;
@@ -127,15 +139,17 @@ void LinuxcncPlant::look(const linuxcnc::Cycle& cycle, bool answers) {
   input.command = place_.cut ? command_.feed : 0.0;
   input.compute_time = asked_ ? options_.clock() - *asked_ : 0.0;
   input.sensor_saturated = netft::faulty(sensor_.health().status);
-  // Switched off, or its watchdog has let go.
-  input.machine_answers =
-      answers && cycle.motion_enabled != 0 && (cycle.order == 0 || cycle.heart_beats != 0);
+  const char* lost = missing(cycle, answers);
+  input.machine_answers = lost == nullptr;
   if (options_.disturb) options_.disturb(input);
   verdict_ = control::supervise(options_.supervisor, watch_, input);
   watch_ = verdict_.state;
   if (!verdict_.tripped) return;
-  stop_ = MachineStop{
-      {input.clock, watch_.cause, watch_.value, watch_.limit}, cycle.number, {}, {}, {}};
+  MachineStop stop;
+  stop.event = {input.clock, watch_.cause, watch_.value, watch_.limit};
+  if (watch_.cause == control::Cause::machine_lost && lost != nullptr) stop.detail = lost;
+  stop.seen = cycle.number;
+  stop_ = stop;
   stop_by_ = options_.clock() + kAfterRest + 2.0 * options_.supervisor.spindle_delay;
   order();
 }

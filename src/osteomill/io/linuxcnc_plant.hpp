@@ -73,6 +73,7 @@ class LinuxcncPlant final : public control::Plant {
   void play(const linuxcnc::Cycle& cycle);
   void measure(const PathFollower::Place& place, const linuxcnc::Cycle& cycle);
   void look(const linuxcnc::Cycle& cycle, bool answers);
+  const char* missing(const linuxcnc::Cycle& cycle, bool answers);
   void note_stop(const linuxcnc::Cycle& cycle);
   void order();
   void close_period();
@@ -96,7 +97,7 @@ class LinuxcncPlant final : public control::Plant {
 
   std::vector<linuxcnc::Cycle> log_;
   std::uint32_t lost_ = 0;
-  bool heard_ = false;  ///< the machine's watchdog has heard the heartbeat
+  int heard_ = 0;  ///< cycles in a row, at the beginning, with the watchdog content
   PathFollower::Place place_;
   double feed_ = 0.0;         ///< of the tool, m/s
   int cycles_in_period_ = 0;  ///< on the case's path

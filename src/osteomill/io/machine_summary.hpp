@@ -13,6 +13,7 @@ namespace osteomill::io {
 /// A stop as the machine's own cycles tell it; numbers of cycles.
 struct MachineStop {
   control::LoopEvent event;
+  const char* detail = "";               ///< how the machine is lost; else empty
   std::uint32_t seen = 0;                ///< cycle in which the supervisor saw the fault
   std::optional<std::uint32_t> held;     ///< first cycle with the feed inhibited
   std::optional<std::uint32_t> rest;     ///< first cycle at rest
