@@ -46,6 +46,7 @@ struct Pins {
   hal_bit_t* spindle_inhibit;
   hal_bit_t* heartbeat;
   hal_bit_t* armed;
+  hal_bit_t* heard;  ///< in: the watchdog hears the heartbeat
   hal_s32_t* state;
   hal_s32_t* order;
   hal_float_t* force;
@@ -55,7 +56,8 @@ bool make_pins(int component, Pins& pins) {
   const auto make = [&](auto create, const char* name, auto** pin) {
     return create(HAL_OUT, pin, component, "osteomill.%s", name) == 0;
   };
-  return make(hal_pin_float_newf, "adaptive-feed", &pins.adaptive_feed) &&
+  return hal_pin_bit_newf(HAL_IN, &pins.heard, component, "osteomill.heard") == 0 &&
+         make(hal_pin_float_newf, "adaptive-feed", &pins.adaptive_feed) &&
          make(hal_pin_bit_newf, "feed-hold", &pins.feed_hold) &&
          make(hal_pin_bit_newf, "spindle-inhibit", &pins.spindle_inhibit) &&
          make(hal_pin_bit_newf, "heartbeat", &pins.heartbeat) &&
@@ -65,13 +67,14 @@ bool make_pins(int component, Pins& pins) {
          make(hal_pin_float_newf, "force", &pins.force);
 }
 
-/// Nobody drives the machine: the feed is held, the watchdog not armed.
+/// Nobody drives the machine: the feed is held. The watchdog is left to run out, because only then
+/// does arming set it back; when it has, it is disarmed.
 void let_go(const Pins& pins) {
   *pins.feed_hold = true;
   *pins.adaptive_feed = 0.0;
-  *pins.armed = false;
   *pins.order = 0;
   *pins.state = static_cast<int>(State::no_controller);
+  if (!*pins.heard) *pins.armed = false;
 }
 
 /// Whether the order makes sense.
@@ -90,7 +93,6 @@ bool follow(const Pins& pins, const Order& order) {
   *pins.force = order.force;
   *pins.state = static_cast<int>(order.state);
   *pins.order = order.number;
-  *pins.heartbeat = !*pins.heartbeat;
   return true;
 }
 
@@ -179,19 +181,24 @@ Cycle cycle_of(const std::array<hal_stream_data, 11>& pins, unsigned number) {
 
 void serve(const Pins& pins, hal_stream_t& cycles, Link& link) {
   std::array<hal_stream_data, 11> data{};
-  int alone = 0;  // looks without a controller
+  int alone = 0;  // looks without a controller and disarmed
+  bool beat = false;
   while (stop_asked == 0) {
     link.wait();
-    alone = link.connected() ? 0 : alone + 1;
+    alone = link.connected() || *pins.armed ? 0 : alone + 1;
     if (alone > kBetweenControllers) link.accept_one();
     Order order;
     while (link.receive(order)) {
-      if (!follow(pins, order)) link.drop();
+      beat = follow(pins, order);
+      if (!beat) link.drop();
     }
     if (!link.connected()) let_go(pins);
     unsigned number = 0;
     while (hal_stream_readable(&cycles) && hal_stream_read(&cycles, data.data(), &number) >= 0) {
       link.send(cycle_of(data, number));
+      // Once a servo cycle at most: two changes within one would look like none.
+      if (beat) *pins.heartbeat = !*pins.heartbeat;
+      beat = false;
     }
   }
   let_go(pins);
