@@ -31,7 +31,6 @@ struct SimulateCase {
   RegionCase regions;  ///< not with line-profile
   CutterCase cutter;
   BoneCase bone;  ///< not with line-profile
-  std::array<double, 3> fibre{1, 0, 0};
   simulate::Machine machine;
   control::FeedController controller;
   bool model_adaptive = false;  ///< the controller's law is made from these

@@ -22,6 +22,8 @@ const geometry::Vector3 kTowardsWall(-0.3, -1.0, 0.45);  // of a profile's slab,
 // Large triangles on the flat sides of a slab would blur the zones of its profile.
 const SurfaceOptions kEveryVoxel{0.0};
 
+constexpr Colour kNoGoColour{0.30F, 0.55F, 0.62F};
+
 bool profiled(const SimulatedRun& run) { return run.input.stock.kind == StockKind::line_profile; }
 
 /// The path in bone, a line for each stretch between two of air.
@@ -88,6 +90,11 @@ std::optional<CutPlane> plane_of_slot(const SimulatedRun& run) {
   return plane;
 }
 
+void add_no_go(PictureView& view, const SimulatedRun& run) {
+  for (const geometry::Mesh& surface : run.no_go)
+    if (surface.vertices.size() > 3) view.meshes.push_back({surface, kNoGoColour});
+}
+
 }  // namespace
 
 RunSurfaces surfaces_of(const std::vector<SimulatedRun>& runs) {
@@ -115,6 +122,7 @@ Picture picture_of(const std::vector<SimulatedRun>& runs, const RunSurfaces& sur
   Picture picture;
   picture.title = runs[index].input.name + ": the bone before and after";
   picture.views = {{"before", {{surfaces.before[index]}}}, {"after", {{surfaces.after[index]}}}};
+  for (PictureView& view : picture.views) add_no_go(view, runs[index]);
   picture.mesh_values = materials(runs[index], surfaces);
   picture.width = 1000;
   if (profiled(runs[index])) picture.camera.from = kTowardsWall;
@@ -140,6 +148,7 @@ Picture force_picture_of(const std::vector<SimulatedRun>& runs, const RunSurface
     view.meshes = {{surfaces.after[index]}};
     if (profiled(run)) picture.camera.from = kTowardsWall;
   }
+  add_no_go(view, run);
   picture.views = {std::move(view)};
   picture.mesh_values = materials(runs[index], surfaces);
   picture.line_values = {"mean force, N", 0.0, std::max(1.0, std::ceil(largest_mean_force(runs)))};

@@ -81,7 +81,8 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
     if (move.kind == workpiece::MoveKind::cut) input.machine.spindle_speed = move.spindle_speed;
   }
   job.rapid_feed = input.path.rapid_feed;
-  job.fibre_W = vector_of(input.fibre);
+  job.fibre_W = made.fibre_W;
+  job.fibre_at = made.fibre_at;
   job.sample_rate = input.machine.sample_rate;
   job.heat = input.heat;
   simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
@@ -99,6 +100,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   run.stock = made.report;
   run.path_report = std::move(path.report);
   run.path = std::move(path.path);
+  for (const workpiece::NoGo& region : regions.no_go) run.no_go.push_back(region.surface_W);
   if (input.heat) {
     run.warnings.push_back(
         "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "

@@ -51,6 +51,7 @@ struct SimulatedRun {
   // done of the plan (null also without one).
   nlohmann::ordered_json stock, path_report, plan;
   std::optional<workpiece::ToolPath> path;
+  std::vector<geometry::Mesh> no_go;  ///< surfaces that the tool kept away from, in W
   control::LoopSummary loop;
   std::optional<MachineSummary> machine;          ///< with a machine that moved
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for

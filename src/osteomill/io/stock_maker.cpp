@@ -10,7 +10,9 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/ct_volume.hpp"
 #include "osteomill/io/solid.hpp"
+#include "osteomill/workpiece/fibre_field.hpp"
 #include "osteomill/workpiece/shell_bone.hpp"
+#include "osteomill/workpiece/thickness.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -93,6 +95,24 @@ void check_ct(const StockCase& stock, const CtVolume& ct) {
   faults.raise();
 }
 
+void add_fibres(const StockCase& stock, double threshold,
+                const geometry::VoxelGrid<float>& hounsfield, MadeStock& made) {
+  const auto field = std::make_shared<const workpiece::FibreField>(
+      hounsfield, workpiece::FibreOptions{.cell = stock.fibre_cell, .threshold = threshold});
+  const Vector3 mean = field->mean().direction_W;
+  made.fibre_W = mean;
+  made.fibre_at = [field](const Vector3& p_W) { return field->at(p_W).direction_W; };
+  made.report["fibre"] = {
+      {"mean_direction", nlohmann::ordered_json::array({mean.x(), mean.y(), mean.z()})},
+      {"agreement", field->mean().anisotropy},
+      {"share_of_cells", field->share()}};
+  made.remarks.push_back(fmt::format(
+      "fibres from the CT: {:.0f} % of the cells of {:g} mm have a direction of their own, the "
+      "others take the mean (agreement {:.2f}); a clinical CT shows density, not osteons: assumed "
+      "to follow",
+      100.0 * field->share(), stock.fibre_cell / units::mm, field->mean().anisotropy));
+}
+
 MadeStock from_ct(const StockCase& stock, const BoneCase& bone) {
   const CtVolume ct = read_ct(stock.file, {stock.series});
   check_ct(stock, ct);
@@ -101,11 +121,21 @@ MadeStock from_ct(const StockCase& stock, const BoneCase& bone) {
       workpiece::cubes_over(vector_of(*stock.lower), vector_of(*stock.upper), stock.spacing);
   workpiece::BoneFromCt options = stock.bone_from_ct;
   options.force = bone.density;
+  const geometry::VoxelGrid<float> hounsfield = resample(ct, region, work_frame(stock));
   MadeStock made;
-  made.stock = std::make_shared<const workpiece::Stock>(workpiece::stock_from_hounsfield(
-      resample(ct, region, work_frame(stock)), stock.spacing, options));
+  made.stock = std::make_shared<const workpiece::Stock>(
+      workpiece::stock_from_hounsfield(hounsfield, stock.spacing, options));
   made.remarks = ct.remarks;
   made.report["from"] = ct.description;
+  made.report["threshold_hu"] = options.threshold_hu;
+  const bone::DensityFromCt published;
+  const bool default_line = options.density.at_zero.value == published.at_zero.value &&
+                            options.density.per_hounsfield.value == published.per_hounsfield.value;
+  made.report["density_calibration"] =
+      fmt::format("{:g} + {:g} HU kg/m3, {}", options.density.at_zero.value,
+                  options.density.per_hounsfield.value,
+                  default_line ? "the published default" : "as the case gives it");
+  if (stock.fibre_from_ct) add_fibres(stock, options.threshold_hu, hounsfield, made);
   return made;
 }
 
@@ -176,6 +206,34 @@ MadeStock from_knee(const StockCase& stock, const BoneCase& bone) {
   return made;
 }
 
+/// Where the fibres run along the bone: its axis, in W.
+Vector3 along_the_bone(const StockCase& stock) {
+  Vector3 axis_P = Vector3::UnitZ();
+  if (stock.kind == StockKind::mesh)
+    axis_P = vector_of(stock.mesh.joint_axis.value_or(stock.z_axis));
+  return (work_frame(stock).linear().transpose() * axis_P).normalized();
+}
+
+/// How much the assumed exponent of the density law matters for this bone.
+void report_density_law(const workpiece::Stock& stock, const bone::ForceDensityLaw& law,
+                        nlohmann::ordered_json& report) {
+  // Exponents of strength and stiffness against apparent density in the literature: 1.5 to 2.5.
+  constexpr double low = 1.5, high = 2.5;
+  const double mean = stock.remaining_mass() / stock.initial_volume();
+  const auto scale = [&](double exponent) {
+    bone::ForceDensityLaw other = law;
+    other.exponent.value = exponent;
+    return bone::force_scale(mean, other);
+  };
+  report["density_law"] = {{"law", "(density / reference)^exponent, assumed"},
+                           {"reference_kg_per_m3", law.reference.value},
+                           {"exponent", law.exponent.value},
+                           {"mean_density_kg_per_m3", mean},
+                           {"force_scale_at_mean", scale(law.exponent.value)},
+                           {"force_scale_with_exponent_1_5", scale(low)},
+                           {"force_scale_with_exponent_2_5", scale(high)}};
+}
+
 /// Volume of the bone by density: where the values of apparent density in the literature part
 /// cancellous from cortical bone, and trabecular bone from a canal of marrow.
 void report_volumes(const workpiece::Stock& stock, nlohmann::ordered_json& report) {
@@ -201,6 +259,12 @@ void report_volumes(const workpiece::Stock& stock, nlohmann::ordered_json& repor
   report["cortical_mm3"] = cortical * voxel;
   report["cancellous_mm3"] = cancellous * voxel;
   report["marrow_mm3"] = marrow * voxel;
+  const workpiece::CorticalThickness shell = workpiece::cortical_thickness(stock, cortical_from);
+  if (shell.places > 0)
+    report["cortical_thickness_mm"] = {{"p5", shell.p5 / units::mm},
+                                       {"median", shell.median / units::mm},
+                                       {"p95", shell.p95 / units::mm},
+                                       {"share_of_surface", shell.share}};
 }
 
 }  // namespace
@@ -253,7 +317,13 @@ MadeStock make_stock(const StockCase& stock, const BoneCase& bone) {
       break;
     }
   }
+  if (stock.fibre)
+    made.fibre_W = vector_of(*stock.fibre).normalized();
+  else if (stock.kind == StockKind::mesh || stock.kind == StockKind::proximal_tibia ||
+           stock.kind == StockKind::distal_femur)
+    made.fibre_W = along_the_bone(stock);
   report_volumes(*made.stock, made.report);
+  if (follows_density(stock)) report_density_law(*made.stock, bone.density, made.report);
   return made;
 }
 

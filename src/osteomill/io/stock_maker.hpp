@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -20,6 +21,8 @@ struct MadeStock {
   std::shared_ptr<const workpiece::Stock> stock;
   std::vector<std::string> remarks;  ///< what the reader of the result has to know
   nlohmann::ordered_json report;     ///< what it was made from, how much of which bone it has
+  geometry::Vector3 fibre_W = geometry::Vector3::UnitX();  ///< direction of the bone's fibres
+  std::function<geometry::Vector3(const geometry::Vector3& p_W)> fibre_at = {};  ///< by place
 };
 
 /// Pose of the work frame W in the frame P of the CT, the mesh or the phantom. InvalidInput when

@@ -203,6 +203,32 @@ TEST(CtStock, RefusesMetalInItsRegionUnlessItIsAccepted) {
   EXPECT_EQ(faults_of(stock), "") << "the screw is outside the region";
 }
 
+TEST(CtStock, TellsItsCalibrationItsFibresAndWhatItsDensityLawIsWorth) {
+  StockCase stock = ct_case(write_ct("plain", 1.0, false));
+  stock.fibre_from_ct = true;
+  const MadeStock made = make_stock(stock, {});
+  EXPECT_THAT(made.report.at("density_calibration").get<std::string>(),
+              testing::HasSubstr("published default"));
+  // A slab of constant values has no texture: no cell has a direction of its own.
+  EXPECT_EQ(made.report.at("fibre").at("share_of_cells"), 0.0);
+  ASSERT_TRUE(made.fibre_at);
+  const auto& law = made.report.at("density_law");
+  // 131 + 1.067 · 1200 kg/m³ below 1900: a larger exponent makes it softer.
+  EXPECT_LT(law.at("force_scale_with_exponent_2_5").get<double>(),
+            law.at("force_scale_at_mean").get<double>());
+  EXPECT_GT(law.at("force_scale_with_exponent_1_5").get<double>(),
+            law.at("force_scale_at_mean").get<double>());
+}
+
+TEST(MeshStock, HasItsFibresAlongTheBoneUnlessTheCaseSaysOtherwise) {
+  StockCase stock = mesh_case(ball_file());
+  stock.z_axis = {0.0, -0.6, 0.8};
+  stock.mesh.joint_axis = {0.0, 0.0, 1.0};
+  EXPECT_LT((make_stock(stock, {}).fibre_W - Vector3(0.0, 0.6, 0.8)).norm(), 1e-12);
+  stock.fibre = {2.0, 0.0, 0.0};
+  EXPECT_LT((make_stock(stock, {}).fibre_W - Vector3::UnitX()).norm(), 1e-12);
+}
+
 TEST(CtStock, RefusesSlicesOfFiveMillimetresUnlessTheyAreAccepted) {
   StockCase stock = ct_case(write_ct("thick", 5.0, false));
   EXPECT_THAT(faults_of(stock), testing::HasSubstr("1.00 x 1.00 x 5.00 mm"));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/section.hpp"
@@ -181,6 +182,8 @@ void bind_ct(Section& s, StockCase& stock) {
            "apparent density for each HU", Need::optional);
 }
 
+double vector_norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
+
 }  // namespace
 
 bool StockCase::accepts(const char* what) const {
@@ -223,7 +226,20 @@ void bind_stock(Section& section, StockCase& stock) {
     }
     if (s.when(knee || stock.kind == StockKind::ct))
       bind_frame(s, stock, stock.kind == StockKind::ct ? Need::required : Need::optional);
+    if (is(StockKind::ct)) {
+      s.flag("fibre_from_ct", stock.fibre_from_ct,
+             "the bone's fibres run where the CT changes least, cell by cell");
+      if (s.when(stock.fibre_from_ct))
+        s.number("fibre_cell_mm", stock.fibre_cell, kMm, positive(), "edge of these cells",
+                 Need::optional);
+    }
     if (s.when(stock.kind != StockKind::line_profile)) {
+      s.triple("fibre", stock.fibre, kPlain, any(),
+               "direction of the bone's fibres in the work frame; absent: along the bone (mesh and "
+               "knee phantoms), x otherwise");
+      if (stock.fibre && vector_norm(*stock.fibre) < 1e-9) s.fault("fibre", "must not be zero");
+      if (stock.fibre && stock.fibre_from_ct)
+        s.fault("fibre", "must not stand beside fibre_from_ct");
       s.number("spacing_mm", stock.spacing, kMm, up_to(5.0), "edge of a voxel", Need::optional);
       if (!stock.lower || !stock.upper) return;
       double voxels = 1.0;

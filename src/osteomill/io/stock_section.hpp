@@ -59,6 +59,9 @@ struct StockCase {
   std::array<double, 3> x_axis{1, 0, 0};  ///< of W in the patient frame
   std::array<double, 3> z_axis{0, 0, 1};  ///< of W in the patient frame
   workpiece::BoneFromCt bone_from_ct;
+  std::optional<std::array<double, 3>> fibre;  ///< direction in W; none: see fibre_of()
+  bool fibre_from_ct = false;                  ///< by the structure tensor, cell by cell
+  double fibre_cell = 4e-3;                    ///< m
 
   bool accepts(const char* what) const;
 };

@@ -160,7 +160,11 @@ cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Plac
   condition.feed_per_tooth =
       cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes);
   condition.feed_elevation = std::asin(std::clamp(place.direction_W.z(), -1.0, 1.0));
-  condition.fibre_T = tool_axes().transpose() * job_.fibre_W;
+  // That of the place where the cutter is in bone, half way up what it can cut in a step.
+  const Vector3 fibre_W =
+      job_.fibre_at ? job_.fibre_at(place.tip_W + 0.5 * job_.cutter.radius * Vector3::UnitZ())
+                    : job_.fibre_W;
+  condition.fibre_T = tool_axes().transpose() * fibre_W;
   return condition;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct StockJob {
   workpiece::ToolPath path;
   double rapid_feed = 12e-3;                               ///< of the moves that are not cuts, m/s
   geometry::Vector3 fibre_W = geometry::Vector3::UnitX();  ///< direction of the bone's fibres, unit
+  /// The same by place, where it is known; none: fibre_W everywhere.
+  std::function<geometry::Vector3(const geometry::Vector3& p_W)> fibre_at = {};
   double sample_rate = 8000.0;  ///< of the force sensor, 1/s: how fine a revolution is worked out
   std::optional<BoneHeatOptions> heat = {};  ///< none: temperatures are not worked out
 };
