@@ -31,7 +31,7 @@ TEST(CorticalThickness, IsThatOfTheShell) {
 }
 
 TEST(CorticalThickness, IsNothingWithoutCorticalBone) {
-  const CorticalThickness thickness = cortical_thickness(shelled(0.0));
+  const CorticalThickness thickness = cortical_thickness(shelled(-1 * mm));
   EXPECT_EQ(thickness.places, 0u);
   EXPECT_EQ(thickness.median, 0.0);
 }
