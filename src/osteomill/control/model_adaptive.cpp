@@ -10,14 +10,8 @@
 namespace osteomill::control {
 namespace {
 
-constexpr double kLeastFeed = 1e-4;   // m/s; slower feeds say nothing of the gain
-constexpr double kLeastGain = 300.0;  // N/(m/s); spreads are relative to the gain, but not to air
-constexpr double kForgetting = 0.98;  // of the likelihoods a period: half a second of memory
-constexpr double kNoiseLearning = 0.01;  // a period: one second
 constexpr double kRatioLearning = 0.02;  // of peak over mean a period
 constexpr double kForceInBone = 3.0;     // N; below it the ratio of peak and mean is noise
-constexpr double kLeastNoise = 0.02;     // N²
-constexpr double kMostNoise = 9.0;       // N²
 
 double at_least_zero(double value) { return std::max(value, 0.0); }
 
@@ -40,50 +34,12 @@ void check(const ModelAdaptiveOptions& options) {
 }
 
 ModelAdaptive::ModelAdaptive(const ModelAdaptiveOptions& options)
-    : options_((check(options), options)), lag_(options.servo, options.period) {}
+    : options_((check(options), options)),
+      gain_options_{options.slope_length, options.slope_spread, options.jump_spread,
+                    options.jump_test},
+      lag_(options.servo, options.period) {}
 
-void ModelAdaptive::update(GainEstimate& e, double feed, double force) const noexcept {
-  const double v = std::max(feed, kLeastFeed);
-  const double dx = v * options_.period;
-  // The slope decays over slope_length, the gain takes its integral.
-  const double keep = std::exp(-dx / options_.slope_length);
-  const double reach = options_.slope_length * (1.0 - keep);
-  double gain = e.gain + e.slope * reach;
-  double slope = e.slope * keep;
-  double p00 = e.gain_gain + 2.0 * reach * e.gain_slope + reach * reach * e.slope_slope;
-  double p01 = keep * (e.gain_slope + reach * e.slope_slope);
-  double p11 = keep * keep * e.slope_slope;
-  const double spread = options_.slope_spread * std::max(e.gain, kLeastGain);
-  const double fresh = spread * spread * (1.0 - keep * keep);
-  p11 += fresh;
-  p01 += fresh * dx / 2.0;
-  p00 += fresh * dx * dx / 3.0;
-
-  const double innovation = force - v * gain;
-  double variance = v * v * p00 + e.noise;
-  e.likelihood =
-      kForgetting * e.likelihood - 0.5 * (innovation * innovation / variance + std::log(variance));
-  if (innovation * innovation > options_.jump_test * variance) {
-    // The slope may have begun anywhere within the period: 0.7 of it, more than half to be safe.
-    const double jump = options_.jump_spread * std::max({e.gain, gain, kLeastGain});
-    p11 += jump * jump;
-    p01 += 0.7 * jump * jump * dx;
-    p00 += 0.7 * jump * jump * dx * dx;
-    variance = v * v * p00 + e.noise;
-  } else if (feed > 1e-3 && force > 1.0) {
-    const double seen = std::clamp(innovation * innovation - v * v * p00, 0.0, 4.0 * variance);
-    e.noise = std::clamp(e.noise + kNoiseLearning * (seen - e.noise), kLeastNoise, kMostNoise);
-  }
-  const double k0 = v * p00 / variance;
-  const double k1 = v * p01 / variance;
-  e.gain = at_least_zero(gain + k0 * innovation);
-  e.slope = slope + k1 * innovation;
-  e.slope_slope = at_least_zero(p11 - k1 * v * p01);
-  e.gain_slope = p01 - k0 * v * p01;
-  e.gain_gain = at_least_zero(p00 - k0 * v * p00);
-}
-
-double ModelAdaptive::allowed_feed(const GainEstimate& e, int delay,
+double ModelAdaptive::allowed_feed(const identify::GainEstimate& e, int delay,
                                    const ModelAdaptiveState& state, double ceiling) const noexcept {
   // From the middle of the period that the force is of, to now.
   double behind = 0.5 * options_.period * state.feeds[delay];
@@ -127,7 +83,8 @@ ModelAdaptive::Step ModelAdaptive::step(const ModelAdaptiveState& state, const O
   }
   int likeliest = 0;
   for (int delay = 0; delay < kDelays; ++delay) {
-    update(now.estimates[delay], now.feeds[delay], seen.mean_force);
+    identify::update(now.estimates[delay], now.feeds[delay], seen.mean_force, options_.period,
+                     gain_options_);
     if (now.estimates[delay].likelihood > now.estimates[likeliest].likelihood) likeliest = delay;
   }
   next.wanted = allowed_feed(now.estimates[likeliest], likeliest, now, ceiling);

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "osteomill/control/plant.hpp"
+#include "osteomill/identify/local_gain.hpp"
 #include "osteomill/numerics/second_order_lag.hpp"
 
 namespace osteomill::control {
@@ -31,24 +32,11 @@ struct ModelAdaptiveOptions {
 /// Throws InvalidInput that names the field.
 void check(const ModelAdaptiveOptions& options);
 
-/// Local force-feed gain K of F = K v and its slope along the path, with their covariance, under
-/// one hypothesis of the delay between force and feed: a Kalman filter whose slope is a
-/// Gauss-Markov process in distance. Innovations beyond `jump_test` open it for a jump.
-struct GainEstimate {
-  double gain = 0.0;       ///< N/(m/s)
-  double slope = 0.0;      ///< N/(m/s)/m
-  double gain_gain = 0.0;  ///< covariance
-  double gain_slope = 0.0;
-  double slope_slope = 0.0;
-  double noise = 1.0;       ///< variance of a force, learned from the innovations, N²
-  double likelihood = 0.0;  ///< forgetting sum of log likelihoods
-};
-
 /// Control periods of delay that are told apart.
 inline constexpr int kDelays = 3;
 
 struct ModelAdaptiveState {
-  std::array<GainEstimate, kDelays> estimates{};
+  std::array<identify::GainEstimate, kDelays> estimates{};  ///< one a delay
   std::array<double, kDelays> feeds{};  ///< mean feed of the last periods, newest first, m/s
   double position = 0.0;                ///< where the last observation was, m
   double peak_to_mean = 1.5;
@@ -81,11 +69,11 @@ class ModelAdaptive {
   const ModelAdaptiveOptions& options() const { return options_; }
 
  private:
-  void update(GainEstimate& estimate, double feed, double force) const noexcept;
-  double allowed_feed(const GainEstimate& estimate, int delay, const ModelAdaptiveState& state,
-                      double ceiling) const noexcept;
+  double allowed_feed(const identify::GainEstimate& estimate, int delay,
+                      const ModelAdaptiveState& state, double ceiling) const noexcept;
 
   ModelAdaptiveOptions options_;
+  identify::LocalGainOptions gain_options_;
   numerics::HeldLag lag_;
 };
 
