@@ -108,7 +108,9 @@ void add_identify(CLI::App& program) {
       "identify", "cutting coefficients from measured forces, and how far to trust them");
   add_case_arguments(*command, *arguments);
   command->add_option("--entry", arguments->entry, "write the law as a catalogue entry (TOML)");
-  command->callback([arguments] {
+  command->callback([command, arguments] {
+    if (!command->get_subcommands().empty()) return;
+    if (arguments->case_file.empty()) throw CLI::RequiredError("case");
     show_runs(*arguments, "identify",
               [&](const io::CaseRun& run) { return show_identify(run, *arguments); });
   });

@@ -9,6 +9,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/law_interpolation.hpp"
+#include "osteomill/cutting/law_strength.hpp"
 #include "osteomill/io/section.hpp"
 
 namespace osteomill::io {
@@ -172,6 +173,10 @@ void bind_law_keys(Section& s, BoneCase& bone) {
   s.number("density_exponent", bone.density.exponent.value, {}, between(0.0, 4.0),
            "exponent of density over reference density in the force (an assumption)",
            Need::optional);
+  s.number("strength", bone.strength, {}, Range{1e-3, 1e3},
+           "times the force of the law: a patient's bone, as identify online finds it",
+           Need::optional);
+  if (bone.strength > 0.0 && bone.strength != 1.0) law = cutting::scaled(law, bone.strength);
   bind_provenance(s, bone.provenance);
   s.free_table("identification", "covariance and quality of a law that was identified");
 }

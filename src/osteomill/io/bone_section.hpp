@@ -23,6 +23,7 @@ enum class TestedBy { rake, inclination };
 struct BoneCase {
   cutting::CuttingLaw law;
   bone::ForceDensityLaw density;
+  double strength = 1.0;             ///< times the law's force; the law has it in it
   std::optional<double> rake_angle;  ///< of the edges that the law was measured with, rad
   std::optional<std::array<double, 2>>
       speed_range;  ///< surface speeds that it was measured at, m/s
