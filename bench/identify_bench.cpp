@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Identification: 60 s of three-axis force at 8 kHz with noise, drift and run-out through the whole
-// chain (baseline, filter, segments, rotation, mean revolution, instantaneous fit with nine unknowns
-// and the baseline's three constants) on one core. SciPy's time for the same record comes from
-// identify_bench.py, which adds it.
+// chain (baseline, filter, segments, rotation, mean revolution, instantaneous fit with nine
+// unknowns and the baseline's three constants) on one core. SciPy's time for the same record comes
+// from identify_bench.py, which adds it.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -70,9 +70,9 @@ int main(int argc, char** argv) {
     Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> rows(made.force.rows(), 4);
     rows << made.force, made.tacho;
     std::ofstream(argv[2], std::ios::binary)
-        .write(reinterpret_cast<const char*>(rows.data()),
-               static_cast<std::streamsize>(static_cast<std::size_t>(rows.size()) *
-                                            sizeof(double)));
+        .write(
+            reinterpret_cast<const char*>(rows.data()),
+            static_cast<std::streamsize>(static_cast<std::size_t>(rows.size()) * sizeof(double)));
     return 0;
   }
   const SignalChain chain{.segments = {.guard = 0.02},

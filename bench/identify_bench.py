@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The identification benchmark with SciPy's time for the same record: the chain as a laboratory's script has it, on whole
 arrays: line through the idle ends, filter, moving level, revolutions from the tachometer, bins, variable projection by
-least_squares. The same forces within a few standard errors, or it ends here."""
+fminsearch. The same forces within a few standard errors, or it ends here."""
 import json
 import os
 import subprocess
@@ -91,12 +91,15 @@ def chain(record):
         return values - a @ k
 
     starts = [np.array([0.0, 0.0, p]) for p in PITCH * np.arange(24) / 24]
-    costs = [(residual(u) ** 2).sum() for u in starts]
-    best = starts[int(np.argmin(costs))]
-    starts = [best + [0.4 * np.cos(d), 0.4 * np.sin(d), 0.0] for d in np.pi / 4 * np.arange(8)] + [best]
-    starts.sort(key=lambda u: (residual(u) ** 2).sum())
-    fits = [optimize.least_squares(residual, u, x_scale=[1, 1, 0.3]) for u in starts[:3]]
-    u = min(fits, key=lambda f: f.cost).x
+    def cost(u):
+        return (residual(u) ** 2).sum()
+
+    starts.sort(key=cost)
+    starts = [p + [0.4 * np.cos(d), 0.4 * np.sin(d), 0.0] for p in starts[:3] for d in np.pi / 4 * np.arange(8)] + starts[:3]
+    starts.sort(key=cost)
+    # Slices come and go with the unknowns, so derivatives are of no use; fminsearch, as a MATLAB script would.
+    fits = [optimize.minimize(cost, u, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-6}) for u in starts[:3]]
+    u = min(fits, key=lambda f: f.fun).x
     a, k = solve(u)
     step = 1e-4
     outer = np.array([(model(u + step * e) - model(u - step * e)) @ k / (2 * step) for e in np.eye(3)]).T
@@ -105,7 +108,7 @@ def chain(record):
     inverse = np.linalg.pinv(jacobian / scale) / scale[:, None]
     scatter = inverse @ (each - each.mean(axis=0)).T
     error = np.sqrt((scatter ** 2).sum(axis=1) / (64 * 63))
-    return np.concatenate([k, u * [FEED, FEED, 1.0]]), error
+    return np.concatenate([k, u * [FEED, FEED, 1.0]]), error * np.array(6 * [1.0] + [FEED, FEED, 1.0])
 
 
 with tempfile.TemporaryDirectory() as folder:

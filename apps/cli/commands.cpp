@@ -5,6 +5,7 @@
 #include "osteomill/io/fit_case.hpp"
 #include "osteomill/io/force_case.hpp"
 #include "osteomill/io/identify_case.hpp"
+#include "osteomill/io/instantaneous_case.hpp"
 #include "osteomill/io/online_case.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
 #include "osteomill/io/robot_case.hpp"
@@ -21,6 +22,7 @@ void add_control(CLI::App& program);
 void add_fit(CLI::App& program);
 void add_force(CLI::App& program);
 void add_identify(CLI::App& program);
+void add_identify_instantaneous(CLI::App& program);
 void add_identify_online(CLI::App& program);
 void add_modes(CLI::App& program);
 void add_reproduce(CLI::App& program);
@@ -47,6 +49,7 @@ const std::vector<Command>& commands() {
       {"fit", add_fit, io::bind_fit},
       {"force", add_force, io::bind_force},
       {"identify", add_identify, io::bind_identify},
+      {"identify instantaneous", add_identify_instantaneous, io::bind_instantaneous},
       {"identify online", add_identify_online, io::bind_online},
       {"modes", add_modes, io::bind_modes},
       {"reproduce", add_reproduce, {}},

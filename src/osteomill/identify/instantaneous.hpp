@@ -74,8 +74,8 @@ struct InstantaneousFit {
 /// Coefficients, run-out and phase from the forces over whole revolutions.
 ///
 /// Given run-out and phase the forces are linear in the coefficients, so these are eliminated
-/// (variable projection, [golub1973]; steps as Kaufman simplified them) and the search runs over
-/// run-out and phase alone, from several starts. Standard errors come from the scatter between
+/// (variable projection, [golub1973]; steps as [kaufman1975] simplified them) and the search runs
+/// over run-out and phase alone, from several starts. Standard errors come from the scatter between
 /// groups of revolutions, which sees every correlation within them: of neighbouring angles after a
 /// filter, of the components, of vibration. A misfit beyond that scatter widens them as
 /// if it were noise with the correlation of the residuals.
