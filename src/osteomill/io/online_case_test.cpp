@@ -63,7 +63,7 @@ TEST(OnlineCase, RefusesWhatSaysNothingOfBone) {
   };
   EXPECT_THAT(faults({"replay.recording=identify_online.csv"}), HasSubstr("replay"));
   EXPECT_THAT(faults({"replay.table=identify_online.toml"}), HasSubstr("identify_online.toml"));
-  EXPECT_THAT(faults({"reference.gain_n_per_mm_per_s=4"}), HasSubstr("says nothing of power"));
+  EXPECT_THAT(faults({"reference.gain_n_per_mm_per_s=4"}), HasSubstr("bone: is no known key here"));
   EXPECT_THAT(faults({"power.efficiency=0"}), HasSubstr("power.efficiency"));
   EXPECT_THAT(faults({"online.methd=kalman"}), HasSubstr("methd"));
   EXPECT_THAT(faults({"bone.strength=-1"}), HasSubstr("bone.strength"));
