@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include "documents.hpp"
+#include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/identify/combined_records.hpp"
+#include "osteomill/identify/revolution_fit.hpp"
 #include "osteomill/io/identify_case.hpp"
 #include "osteomill/io/identify_figures.hpp"
 #include "osteomill/io/identify_result.hpp"
@@ -77,25 +80,171 @@ struct Arguments : CaseArguments {
   std::filesystem::path entry;
 };
 
-Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
-  const io::IdentifyCase input = io::read_identify_case(run);
+/// Every record over its revolutions.
+struct Instantaneous {
+  std::vector<std::string> names;
+  std::vector<InstantaneousFit> fits;
+  CombinedRecords combined;
+};
+
+std::optional<Instantaneous> fit_records(const io::IdentifyCase& input) {
+  if (input.method == io::IdentifyMethod::mean_forces) return {};
+  Instantaneous result;
+  InstantaneousOptions options;
+  options.confidence = input.options.fit.confidence;
+  for (const io::LoadedExperiment& one : input.loaded) {
+    const bool able = one.processed && one.processed->rotation && !input.chain.average_flutes;
+    if (!able && input.method == io::IdentifyMethod::automatic) continue;
+    if (!one.processed) {
+      throw InvalidInput(Fault{"model.method", "instantaneous",
+                               "needs records; " + one.experiment.name + " has mean forces only",
+                               "name its record in the table"});
+    }
+    const Experiment& cut = one.experiment;
+    result.fits.push_back(fit_processed(*one.processed, input.chain, cut.cutter, cut.condition,
+                                        cut.immersion, options));
+    result.names.push_back(cut.name);
+  }
+  if (result.fits.empty()) return {};
+  result.combined =
+      combine_records(result.fits, result.names, options.units.size(), options.confidence);
+  return result;
+}
+
+Dimension dimension_of(const Estimate& one) {
+  return one.name.ends_with("c") ? Dimension::pressure : Dimension::force_per_width;
+}
+
+Rows combined_rows(const Instantaneous& records, double confidence) {
+  Rows rows = {{fmt::format("instantaneous, {} records", records.combined.records), "value",
+                "standard error", fmt::format("{:g} % interval", 100.0 * confidence), "unit"}};
+  for (const Estimate& one : records.combined.coefficients) {
+    const double factor = factor_of(dimension_of(one));
+    rows.push_back({one.name, number(one.value / factor), number(one.standard_error / factor),
+                    fmt::format("{:.4g} ... {:.4g}", one.low / factor, one.high / factor),
+                    unit_of(dimension_of(one))});
+  }
+  return rows;
+}
+
+Rows record_rows(const Instantaneous& records) {
+  Rows rows = {
+      {"record", "run-out, um", "residual Fx, Fy, Fz, N", "explained by scatter, N", "condition"}};
+  for (std::size_t i = 0; i < records.fits.size(); ++i) {
+    const InstantaneousFit& fit = records.fits[i];
+    rows.push_back({records.names[i], number(fit.run_out.offset / units::um),
+                    fmt::format("{:.2f} {:.2f} {:.2f}", fit.residual_rms.x(), fit.residual_rms.y(),
+                                fit.residual_rms.z()),
+                    fmt::format("{:.2f} {:.2f} {:.2f}", fit.noise_rms.x(), fit.noise_rms.y(),
+                                fit.noise_rms.z()),
+                    number(fit.condition_number)});
+  }
+  return rows;
+}
+
+nlohmann::ordered_json estimates_json(const std::vector<Estimate>& estimates, std::size_t count) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Estimate& one = estimates[i];
+    const double factor = factor_of(dimension_of(one));
+    list.push_back({{"name", one.name},
+                    {"value", one.value / factor},
+                    {"unit", unit_of(dimension_of(one))},
+                    {"standard_error", one.standard_error / factor},
+                    {"interval", {one.low / factor, one.high / factor}},
+                    {"determined", one.determined}});
+  }
+  return list;
+}
+
+void add_records(const Instantaneous& records, const io::IdentifyCase& input, Shown& shown) {
+  nlohmann::ordered_json& document = shown.document["instantaneous"];
+  document["coefficients"] =
+      estimates_json(records.combined.coefficients, records.combined.coefficients.size());
+  document["birge_ratio"] = records.combined.birge_ratio;
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < records.fits.size(); ++i) {
+    const InstantaneousFit& fit = records.fits[i];
+    list.push_back(
+        {{"name", records.names[i]},
+         {"coefficients", estimates_json(fit.estimates, linear_law_units().size())},
+         {"run_out_um", fit.run_out.offset / units::um},
+         {"run_out_angle_deg", fit.run_out.offset_angle / units::deg},
+         {"residual_rms_n",
+          {{"x", fit.residual_rms.x()}, {"y", fit.residual_rms.y()}, {"z", fit.residual_rms.z()}}},
+         {"condition_number", fit.condition_number},
+         {"verdict", fit.verdict}});
+  }
+  document["records"] = list;
+  shown.tables.push_back(combined_rows(records, input.options.fit.confidence));
+  shown.tables.push_back(record_rows(records));
+  std::string text = fmt::format(
+      "Instantaneous method: {} of {} records determine all six linear "
+      "coefficients with run-out and phase unknown",
+      records.combined.records, records.fits.size());
+  if (records.combined.records > 1) {
+    text +=
+        fmt::format("; the cuts differ {:.2g} times as much as their errors explain{}",
+                    records.combined.birge_ratio,
+                    records.combined.birge_ratio > 1.0 ? ", and the errors are widened by it" : "");
+  }
+  shown.sentences.push_back(text + ".");
+  for (std::size_t i = 0; i < records.fits.size(); ++i) {
+    for (const std::string& sentence : records.fits[i].verdict) {
+      shown.sentences.push_back(records.names[i] + ": " + sentence + ".");
+    }
+  }
+}
+
+/// The mean-force method, with all that it says.
+void add_means(const io::IdentifyCase& input, const Arguments& arguments, Shown& shown) {
   const MeanForceIdentification result =
       identify_mean_forces(input.experiments, input.models, input.options);
-  Shown shown;
   shown.document = io::identify_document(input, result);
-  shown.expanded = input.expanded;
   shown.rows = coefficient_rows(*result.best().fit, input.options.fit.confidence);
   shown.sentences = result.verdict;
-  shown.warnings = result.warnings;
-  if (!arguments.entry.empty()) {
-    io::write_text_file(arguments.entry, io::catalogue_entry_of(input, result));
-  }
+  shown.warnings.insert(shown.warnings.end(), result.warnings.begin(), result.warnings.end());
+  const std::string entry = io::catalogue_entry_of(input, result);
+  if (!arguments.entry.empty()) io::write_text_file(arguments.entry, entry);
   if (result.candidates.size() > 1) shown.tables.push_back(candidate_rows(result.candidates));
   shown.tables.push_back(experiment_rows(input.experiments, result.best()));
-  shown.files = {{"bone.toml", io::catalogue_entry_of(input, result)}};
+  shown.files = {{"bone.toml", entry}};
   for (io::IdentifyFigure& figure :
        io::identify_figures(input.experiments, result, input.options.fit.confidence)) {
     shown.figures.push_back({figure.name, figure.caption, figure.draw});
+  }
+}
+
+Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
+  const io::IdentifyCase input = io::read_identify_case(run);
+  Shown shown;
+  shown.expanded = input.expanded;
+  nlohmann::ordered_json notes = nlohmann::ordered_json::array();
+  for (const io::LoadedExperiment& one : input.loaded) {
+    shown.warnings.insert(shown.warnings.end(), one.warnings.begin(), one.warnings.end());
+    if (!one.notes.empty()) notes.push_back({{"name", one.experiment.name}, {"steps", one.notes}});
+  }
+  const std::optional<Instantaneous> records = fit_records(input);
+  if (input.method == io::IdentifyMethod::instantaneous) {
+    if (!arguments.entry.empty()) {
+      throw InvalidInput(Fault{"--entry", arguments.entry.string(),
+                               "is written from mean forces only", "set model.method = \"auto\""});
+    }
+    shown.rows = combined_rows(*records, input.options.fit.confidence);
+    shown.document["model"] = "linear, instantaneous";
+    shown.document["coefficients"] =
+        estimates_json(records->combined.coefficients, records->combined.coefficients.size());
+  } else {
+    add_means(input, arguments, shown);
+  }
+  if (records) add_records(*records, input, shown);
+  shown.document["verdict"] = shown.sentences;
+  shown.document["warnings"] = shown.warnings;
+  if (!notes.empty()) shown.document["records"] = notes;
+  for (const io::SignalFigure& one : input.signal_figures) {
+    shown.figures.push_back(
+        {"signal-" + one.name, one.caption,
+         [plot = one.plot](const std::filesystem::path& file) { io::draw(plot, file); }});
   }
   return shown;
 }

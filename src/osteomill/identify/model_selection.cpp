@@ -24,14 +24,26 @@ const CrossValidation& ranked_by(const Candidate& candidate, RankBy rank_by) {
   return rank_by == RankBy::leave_one_out ? *candidate.leave_one : *candidate.leave_group;
 }
 
+/// Of several models each takes the bounds of its own coefficients.
+FitOptions options_for(const ForceModel& model, const FitOptions& options) {
+  FitOptions own = options;
+  const std::vector<CoefficientKey> keys = coefficients_of(model);
+  std::erase_if(own.bounds, [&](const Bound& bound) {
+    return std::none_of(keys.begin(), keys.end(),
+                        [&](const CoefficientKey& key) { return key.name == bound.coefficient; });
+  });
+  return own;
+}
+
 Candidate try_model(const std::vector<Experiment>& experiments, const ForceModel& model,
                     const SelectionOptions& options, const std::vector<Fold>& groups) {
+  const FitOptions fit = options_for(model, options.fit);
   Candidate one;
   one.model = model;
   one.name = name_of(model);
   one.unknowns = static_cast<int>(coefficients_of(model).size());
   try {
-    one.fit = fit_mean_forces(experiments, model, options.fit);
+    one.fit = fit_mean_forces(experiments, model, fit);
   } catch (const InvalidInput& error) {
     one.not_ranked = error.faults().front().rule;
     return one;
@@ -40,9 +52,9 @@ Candidate try_model(const std::vector<Experiment>& experiments, const ForceModel
     one.not_ranked = "the fit did not converge";
     return one;
   }
-  one.leave_one = cross_validate(experiments, *one.fit, options.fit, leave_one_out(experiments));
+  one.leave_one = cross_validate(experiments, *one.fit, fit, leave_one_out(experiments));
   if (!groups.empty()) {
-    one.leave_group = cross_validate(experiments, *one.fit, options.fit, groups);
+    one.leave_group = cross_validate(experiments, *one.fit, fit, groups);
   }
   const CrossValidation& decides = ranked_by(one, options.rank_by);
   if (!decides.complete) {

@@ -4,13 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <optional>
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
-#include "osteomill/io/csv_file.hpp"
 #include "osteomill/io/cutting_section.hpp"
 #include "osteomill/io/section.hpp"
 
@@ -21,16 +18,6 @@ using namespace identify;
 
 constexpr Quantity kMm{units::mm, "mm"};
 const Need kOptional = Need::optional;
-
-/// What the case says where the table does not.
-struct CutDefaults {
-  double spindle_speed = 0.0;
-  double axial_depth = 0.0;
-  double feed_per_tooth = 0.0;
-  double fibre_angle = 0.0;
-  cutting::ImmersionKind kind = cutting::ImmersionKind::slot;
-  double radial_depth = 0.0;
-};
 
 enum class Select { automatic, given };
 
@@ -48,9 +35,10 @@ struct BoundKeys {
 };
 
 struct Keys {
-  std::filesystem::path table;
+  ExperimentsCase experiments;
   CutterCase cutter;
-  CutDefaults cut;
+  ExperimentDefaults cut;
+  IdentifyMethod method = IdentifyMethod::automatic;
   Select select = Select::automatic;
   ModelKeys model;
   bool model_given = false;
@@ -106,6 +94,13 @@ void check_model(Section& s, const ModelKeys& m) {
 void bind_model(Section& section, Keys& keys) {
   section.table(
       "model", "which laws are tried, and how they are fitted", kOptional, [&](Section& s) {
+        s.choice<IdentifyMethod>("method", keys.method,
+                                 {{"auto", IdentifyMethod::automatic},
+                                  {"mean-forces", IdentifyMethod::mean_forces},
+                                  {"instantaneous", IdentifyMethod::instantaneous}},
+                                 "auto: mean forces, and where records tell the rotation the "
+                                 "instantaneous method beside them",
+                                 kOptional);
         s.choice<Select>("select", keys.select,
                          {{"auto", Select::automatic}, {"given", Select::given}},
                          "auto: all laws that suit the cutter; given: the one below, or those of "
@@ -157,19 +152,19 @@ void bind_model(Section& section, Keys& keys) {
 }
 
 void bind(Section& section, Keys& keys) {
-  section.table("experiments", "what was measured", Need::required,
-                [&](Section& s) { s.file("table", keys.table, "CSV, one cut a row"); });
+  bind_experiments(section, keys.experiments);
   bind_cutter(section, keys.cutter);
   section.table("cut", "what the table leaves out", kOptional, [&](Section& s) {
-    CutDefaults& c = keys.cut;
+    ExperimentDefaults& c = keys.cut;
     using cutting::ImmersionKind;
     s.choice<ImmersionKind>(
-        "immersion", c.kind,
+        "immersion", c.immersion.kind,
         {{"slot", ImmersionKind::slot}, {"up", ImmersionKind::up}, {"down", ImmersionKind::down}},
         "which side is in bone", kOptional);
-    s.number("radial_depth_mm", c.radial_depth, kMm, non_negative(),
+    s.number("radial_depth_mm", c.immersion.radial_depth, kMm, non_negative(),
              "radial depth at the full radius, up and down", kOptional);
-    s.number("axial_depth_mm", c.axial_depth, kMm, non_negative(), "axial depth", kOptional);
+    s.number("axial_depth_mm", c.immersion.axial_depth, kMm, non_negative(), "axial depth",
+             kOptional);
     s.number("feed_per_tooth_mm", c.feed_per_tooth, kMm, non_negative(), "feed a tooth", kOptional);
     s.number("spindle_speed_rpm", c.spindle_speed, {units::rpm, "rpm"}, non_negative(),
              "spindle speed", kOptional);
@@ -183,62 +178,6 @@ void bind(Section& section, Keys& keys) {
     s.text("condition", keys.provenance.condition, "wetness, temperature, machine", kOptional);
     s.text("note", keys.provenance.note, "what a user has to know", kOptional);
   });
-}
-
-double number_in(const CsvFile& table, const CsvFile::Row& row, std::size_t column) {
-  const std::string& cell = row.cells[column];
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc{} || end != cell.data() + cell.size() || !std::isfinite(value)) {
-    throw InvalidInput(Fault{table.columns[column], '"' + cell + '"', "must be a number", "",
-                             fmt::format("{}:{}", table.name, row.line)});
-  }
-  return value;
-}
-
-/// The columns of the contract: condition and mean forces.
-std::vector<Experiment> read_mean_force_table(const Keys& keys) {
-  const CsvFile table = read_csv(keys.table);
-  const auto column = [&](const char* name) -> std::optional<std::size_t> {
-    const auto found = std::find(table.columns.begin(), table.columns.end(), name);
-    if (found == table.columns.end()) return {};
-    return static_cast<std::size_t>(found - table.columns.begin());
-  };
-  FaultList faults;
-  std::vector<Experiment> experiments;
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const CsvFile::Row& row = table.rows[i];
-    const auto value = [&](const char* name, double otherwise, double factor) {
-      const auto at = column(name);
-      double result = otherwise;
-      if (at) faults.gather([&] { result = number_in(table, row, *at) * factor; });
-      return result;
-    };
-    Experiment one;
-    one.name = column("name") ? row.cells[*column("name")] : std::to_string(i + 1);
-    if (const auto group = column("group")) one.group = row.cells[*group];
-    one.cutter = keys.cutter.cutter;
-    one.condition.spindle_speed = value("spindle_speed_rpm", keys.cut.spindle_speed, units::rpm);
-    one.condition.feed_per_tooth = value("feed_per_tooth_mm", keys.cut.feed_per_tooth, units::mm);
-    if (const auto rate = column("feed_rate_mm_per_min"); rate && !column("feed_per_tooth_mm")) {
-      one.condition.feed_per_tooth =
-          cutting::feed_per_tooth(value("feed_rate_mm_per_min", 0.0, units::mm_per_min),
-                                  one.condition.spindle_speed, one.cutter.flutes);
-    }
-    one.condition.fibre_T = cutting::fibre_at_angle(keys.cut.fibre_angle);
-    one.immersion = {keys.cut.kind, value("radial_depth_mm", keys.cut.radial_depth, units::mm),
-                     value("axial_depth_mm", keys.cut.axial_depth, units::mm)};
-    constexpr const char* kForces[] = {"mean_force_x_n", "mean_force_y_n", "mean_force_z_n"};
-    for (int c = 0; c < 3; ++c) {
-      if (!column(kForces[c])) {
-        throw InvalidInput(Fault{kForces[c], "", "is missing", "add the column", table.name});
-      }
-      one.mean_force(c) = value(kForces[c], 0.0, 1.0);
-    }
-    experiments.push_back(one);
-  }
-  faults.raise();
-  return experiments;
 }
 
 /// Bounds are given in the unit of their coefficient, which the first model that has it tells.
@@ -277,9 +216,19 @@ IdentifyCase read_identify_case(const CaseRun& run) {
   IdentifyCase result;
   result.expanded = Section::read(run, [&](Section& section) { bind(section, keys); });
   cutting::check(keys.cutter.cutter);
-  result.experiments = read_mean_force_table(keys);
+  keys.cut.cutter = keys.cutter.cutter;
+  // The steps are drawn for the first record: the others are treated alike.
+  const auto seen = [&](const ForceRecord& raw, const LoadedExperiment& one) {
+    if (!result.signal_figures.empty()) return;
+    result.signal_figures =
+        figures_of(raw, *one.processed, one.experiment.cutter.flutes, one.experiment.name);
+  };
+  result.loaded = load_experiments(keys.experiments, keys.cut, seen);
+  for (const LoadedExperiment& one : result.loaded) result.experiments.push_back(one.experiment);
+  result.chain = keys.experiments.signals.chain;
+  result.method = keys.method;
   result.options = keys.options;
-  result.table = keys.table.filename().string();
+  result.table = keys.experiments.table.filename().string();
   result.provenance = keys.provenance;
   if (!keys.compare.empty()) {
     for (const ModelKeys& one : keys.compare) result.models.push_back(model_of(one));

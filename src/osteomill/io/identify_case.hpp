@@ -8,6 +8,8 @@
 
 #include "osteomill/bone/provenance.hpp"
 #include "osteomill/identify/mean_force_identification.hpp"
+#include "osteomill/io/experiments.hpp"
+#include "osteomill/io/signal_figures.hpp"
 
 /// The case of `osteomill identify`.
 namespace osteomill::io {
@@ -15,10 +17,16 @@ namespace osteomill::io {
 struct CaseRun;
 class Section;
 
+enum class IdentifyMethod { automatic, mean_forces, instantaneous };
+
 struct IdentifyCase {
   std::vector<identify::Experiment> experiments;
   std::vector<identify::ForceModel> models;  ///< to compare; one: it alone
   identify::SelectionOptions options;
+  std::vector<LoadedExperiment> loaded;      ///< the experiments with their records, if any
+  identify::SignalChain chain;               ///< that the records went through
+  std::vector<SignalFigure> signal_figures;  ///< of the first record
+  IdentifyMethod method = IdentifyMethod::automatic;
   std::string table;            ///< name of the file
   bone::Provenance provenance;  ///< of the entry that comes out
   nlohmann::ordered_json expanded;

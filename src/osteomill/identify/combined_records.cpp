@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/identify/combined_records.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "osteomill/numerics/distributions.hpp"
+
+namespace osteomill::identify {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
+                                const std::vector<std::string>& names, std::size_t count,
+                                double confidence) {
+  const auto p = static_cast<Index>(count);
+  CombinedRecords result;
+  std::vector<const InstantaneousFit*> used;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const bool determined = std::all_of(fits[i].estimates.begin(), fits[i].estimates.begin() + p,
+                                        [](const Estimate& one) { return one.determined; });
+    if (determined) {
+      used.push_back(&fits[i]);
+    } else {
+      result.left_out.push_back(names[i]);
+    }
+  }
+  result.records = static_cast<int>(used.size());
+  if (used.empty()) return result;
+  // Pressures and edge forces differ by powers of ten: scaled by the errors of the first cut.
+  const VectorXd scale = used.front()->covariance.diagonal().head(p).cwiseSqrt();
+  const auto values_of = [&](const InstantaneousFit& fit) {
+    VectorXd values(p);
+    for (Index k = 0; k < p; ++k) {
+      values(k) = fit.estimates[static_cast<std::size_t>(k)].value / scale(k);
+    }
+    return values;
+  };
+  const auto weight_of = [&](const InstantaneousFit& fit) -> MatrixXd {
+    const MatrixXd covariance = scale.cwiseInverse().asDiagonal() *
+                                fit.covariance.topLeftCorner(p, p) *
+                                scale.cwiseInverse().asDiagonal();
+    return covariance.ldlt().solve(MatrixXd::Identity(p, p));
+  };
+  MatrixXd weight = MatrixXd::Zero(p, p);
+  VectorXd sum = VectorXd::Zero(p);
+  for (const InstantaneousFit* fit : used) {
+    weight += weight_of(*fit);
+    sum += weight_of(*fit) * values_of(*fit);
+  }
+  const VectorXd mean = weight.ldlt().solve(sum);
+  double chi2 = 0.0;
+  for (const InstantaneousFit* fit : used) {
+    const VectorXd off = values_of(*fit) - mean;
+    chi2 += off.dot(weight_of(*fit) * off);
+  }
+  double degrees = used.front()->degrees_of_freedom;
+  if (used.size() > 1) {
+    degrees = static_cast<double>(p) * static_cast<double>(used.size() - 1);
+    result.birge_ratio = std::sqrt(chi2 / degrees);
+  }
+  const double widening = std::max(1.0, result.birge_ratio);
+  result.covariance =
+      widening * widening *
+      (scale.asDiagonal() * weight.ldlt().solve(MatrixXd::Identity(p, p)) * scale.asDiagonal());
+  const double t = numerics::student_t_quantile(0.5 + 0.5 * confidence, std::max(1.0, degrees));
+  for (Index k = 0; k < p; ++k) {
+    Estimate one;
+    one.name = used.front()->estimates[static_cast<std::size_t>(k)].name;
+    one.value = mean(k) * scale(k);
+    one.standard_error = std::sqrt(result.covariance(k, k));
+    one.low = one.value - t * one.standard_error;
+    one.high = one.value + t * one.standard_error;
+    result.coefficients.push_back(one);
+  }
+  return result;
+}
+
+}  // namespace osteomill::identify

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "osteomill/identify/instantaneous.hpp"
+
+namespace osteomill::identify {
+
+/// The coefficients of several cuts of one bone, each fitted over its revolutions, as one set.
+struct CombinedRecords {
+  std::vector<Estimate> coefficients;  ///< SI; empty when no cut determines them all
+  Eigen::MatrixXd covariance;
+  int records = 0;                    ///< that went in
+  std::vector<std::string> left_out;  ///< cuts that do not determine every coefficient
+  /// Root of chi squared over its degrees of freedom: above 1 the cuts differ by more than their
+  /// errors explain, and the errors are widened by it ([birge1932]).
+  double birge_ratio = 1.0;
+};
+
+/// Mean weighted by the inverse covariances of the first `count` unknowns of each fit.
+CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
+                                const std::vector<std::string>& names, std::size_t count,
+                                double confidence = 0.95);
+
+}  // namespace osteomill::identify

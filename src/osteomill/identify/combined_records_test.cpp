@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "osteomill/identify/combined_records.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "osteomill/base/random.hpp"
+
+namespace osteomill::identify {
+namespace {
+
+InstantaneousFit fit_of(double a, double b, double error_a, double error_b) {
+  InstantaneousFit fit;
+  fit.degrees_of_freedom = 20.0;
+  fit.covariance = Eigen::Vector3d(error_a * error_a, error_b * error_b, 1.0).asDiagonal();
+  for (const auto& [name, value, error] :
+       {std::tuple{"Ktc", a, error_a}, {"Kte", b, error_b}, {"phase", 0.0, 1.0}}) {
+    Estimate one;
+    one.name = name;
+    one.value = value;
+    one.standard_error = error;
+    fit.estimates.push_back(one);
+  }
+  return fit;
+}
+
+TEST(CombinedRecords, AreTheMeanWeightedByInverseVariances) {
+  const auto both =
+      combine_records({fit_of(1e8, 10.0, 2e6, 1.0), fit_of(1.1e8, 16.0, 4e6, 1.0)}, {"1", "2"}, 2);
+  ASSERT_EQ(both.coefficients.size(), 2U);
+  EXPECT_NEAR(both.coefficients[0].value, (1e8 * 4.0 + 1.1e8) / 5.0, 1.0);
+  EXPECT_NEAR(both.coefficients[1].value, 13.0, 1e-9);
+  // chi²: differences squared over the sums of the variances, 1e14/2e13 and 36/2; 2 degrees.
+  EXPECT_NEAR(both.birge_ratio, std::sqrt((5.0 + 18.0) / 2.0), 1e-9);
+  EXPECT_NEAR(both.coefficients[1].standard_error, std::sqrt(0.5) * both.birge_ratio, 1e-9);
+}
+
+TEST(CombinedRecords, LeaveOutACutThatDoesNotDetermineACoefficient) {
+  InstantaneousFit open = fit_of(5e8, 3.0, 1.0, 1.0);
+  open.estimates[0].determined = false;
+  const auto one = combine_records({fit_of(1e8, 10.0, 2e6, 1.0), open}, {"good", "open"}, 2);
+  EXPECT_EQ(one.records, 1);
+  EXPECT_EQ(one.left_out, std::vector<std::string>{"open"});
+  EXPECT_DOUBLE_EQ(one.coefficients[0].value, 1e8);
+  EXPECT_TRUE(combine_records({open}, {"open"}, 2).coefficients.empty());
+}
+
+TEST(CombinedRecords, IntervalsHoldTheTruthAsOftenAsTheySay) {
+  int inside = 0, count = 0;
+  for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
+    Random random(seed);
+    std::vector<InstantaneousFit> fits;
+    for (int i = 0; i < 5; ++i) {
+      fits.push_back(fit_of(1e8 + 2e6 * random.normal(), 10.0 + random.normal(), 2e6, 1.0));
+    }
+    const auto all = combine_records(fits, {"1", "2", "3", "4", "5"}, 2);
+    inside += all.coefficients[0].low <= 1e8 && 1e8 <= all.coefficients[0].high ? 1 : 0;
+    ++count;
+  }
+  // Errors are widened when the scatter is large by chance and never narrowed: at least 95 %, less
+  // three standard deviations of the count.
+  EXPECT_GT(static_cast<double>(inside) / count, 0.935);
+}
+
+}  // namespace
+}  // namespace osteomill::identify
