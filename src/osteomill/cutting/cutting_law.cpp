@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/cutting/cutting_law.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -64,8 +67,28 @@ EdgeComponents components(const CuttingLaw& law, const Chip& chip, double cosine
   return force;
 }
 
+namespace {
+
+/// An edge never drives itself through the bone. A polynomial in kappa may, at some kappa, as one
+/// that was fitted to few places does.
+void check_resists(const EdgeForce& tangential, std::string_view field) {
+  if (std::holds_alternative<PolynomialLaw>(tangential)) return;
+  const double thickest = std::min(range_of(tangential).high, 100.0 * units::um);
+  const double force = force_per_width(tangential, thickest);
+  if (force >= 0.0) return;
+  throw InvalidInput(
+      Fault{std::string(field),
+            fmt::format("{:g} N/mm at {:g} um", force * units::mm, thickest / units::um),
+            "must not drive the edge on: the tangential force is against its motion",
+            "check the signs of its constants"});
+}
+
+}  // namespace
+
 void check(const CuttingLaw& law) {
   for_each_law(law, [](const EdgeForce& one, const std::string& name) { check(one, name); });
+  check_resists(law.tangential.at_0, "bone.tangential");
+  if (law.tangential.at_90) check_resists(*law.tangential.at_90, "bone.tangential");
   require_within("bone.orientation_exponent", law.orientation_exponent, 0.5, 6.0, "");
   require_within("bone.minimum_chip_um", law.minimum_chip / units::um, 0.0, 100.0, "um");
   require_within("bone.lateral.inclination_deg", law.lateral_inclination / units::deg, -75.0, 75.0,

@@ -132,6 +132,36 @@ TEST(ForceCase, InterpolatesBetweenTestedRakesAndNotBeyond) {
               Contains(HasSubstr("two laws or more")));
 }
 
+TEST(ForceCase, InterpolatesBetweenTestedInclinationsByTheHelix) {
+  const auto oblique = [](double k1, double inclination) {
+    return fmt::format(
+        "law = \"log\", range_um = [0.5, 50], "
+        "tangential = {{ any_deg = {{ k1 = {0}, k2 = 0.6, k3 = -0.07 }} }}, "
+        "radial = {{ any_deg = {{ k1 = 0.6, k2 = 0.4, k3 = -0.2 }} }}, "
+        "lateral = {{ inclination_deg = {1}, any_deg = {{ k1 = {0}, k2 = 0.5, k3 = -0.1 }} }}",
+        k1, inclination);
+  };
+  const std::string bone = "[bone]\ntested_by = \"inclination\"\ntested = [ { " + oblique(0.2, 15) +
+                           " }, { " + oblique(0.5, 45) + " } ]\n";
+  const ForceCase force = read_force_case(run_of(kCutter + bone + kCut));  // helix 30
+  // Half way in angle, so the mean of the two forces at each chip; at 10 um log10 h = 1.
+  const double lateral = cutting::force_per_width(force.bone.law.lateral->at_0, 10e-6);
+  const double exact = 0.5 * (std::pow(10.0, 0.2 + 0.4) + std::pow(10.0, 0.5 + 0.4)) * 1e3;
+  EXPECT_NEAR(lateral, exact, 1e-6 * exact);  // a log law is fitted to the mean of two
+  EXPECT_NEAR(force.bone.law.lateral_inclination, 30.0 * units::deg, 1e-12);
+  EXPECT_THAT(force.caveats, Contains(HasSubstr("between inclinations of 15 and 45 deg")));
+  std::string steep = kCutter;
+  steep.replace(steep.find("helix_deg = 30"), 14, "helix_deg = 50");
+  EXPECT_THAT(faults_of(steep + bone + kCut), Contains(HasSubstr("15 ... 45 deg")));
+}
+
+TEST(ForceCase, RefusesATangentialForceThatDrivesTheEdge) {
+  const std::string bone =
+      "[bone]\nlaw = \"linear\"\ntangential = { any_deg = { k = -5, edge = 0.1 } }\n"
+      "radial = { any_deg = { k = 90 } }\n";
+  EXPECT_THAT(faults_of(kCutter + bone + kCut), Contains(HasSubstr("bone.tangential")));
+}
+
 TEST(ForceCase, TakesTheLowSpeedLawUpTo100Rpm) {
   const std::string bone =
       "[bone]\nlow_speed = { " + log_law(0.7, 10) + " }\n" + log_law(0.4, 10, "\n") + "\n";
