@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "documents.hpp"
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -196,13 +198,35 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
   }
 }
 
+/// Where the two methods give linear coefficients that differ by more than their errors.
+void compare_methods(const MeanForceFit& means, const Instantaneous& records, Shown& shown) {
+  std::string differ;
+  for (const Coefficient& one : means.coefficients) {
+    for (const Estimate& other : records.combined.coefficients) {
+      const double error = std::hypot(one.standard_error, other.standard_error);
+      if (one.name == other.name && std::abs(one.value - other.value) > 3.0 * error) {
+        differ += (differ.empty() ? "" : ", ") + one.name;
+      }
+    }
+  }
+  if (differ.empty()) return;
+  shown.sentences.push_back(fmt::format(
+      "The two methods differ in {} by more than three standard errors. Mean forces know only the "
+      "run-out that [cutter] states: put the one found by the records there and identify again.",
+      differ));
+}
+
 /// The mean-force method, with all that it says.
-void add_means(const io::IdentifyCase& input, const Arguments& arguments, Shown& shown) {
+void add_means(const io::IdentifyCase& input, const Arguments& arguments,
+               const std::optional<Instantaneous>& records, Shown& shown) {
   const MeanForceIdentification result =
       identify_mean_forces(input.experiments, input.models, input.options);
   shown.document = io::identify_document(input, result);
   shown.rows = coefficient_rows(*result.best().fit, input.options.fit.confidence);
   shown.sentences = result.verdict;
+  if (records && result.best().fit->model == ForceModel{}) {
+    compare_methods(*result.best().fit, *records, shown);
+  }
   shown.warnings.insert(shown.warnings.end(), result.warnings.begin(), result.warnings.end());
   const std::string entry = io::catalogue_entry_of(input, result);
   if (!arguments.entry.empty()) io::write_text_file(arguments.entry, entry);
@@ -235,7 +259,7 @@ Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
     shown.document["coefficients"] =
         estimates_json(records->combined.coefficients, records->combined.coefficients.size());
   } else {
-    add_means(input, arguments, shown);
+    add_means(input, arguments, records, shown);
   }
   if (records) add_records(*records, input, shown);
   shown.document["verdict"] = shown.sentences;

@@ -180,7 +180,7 @@ void say_range(const std::vector<Experiment>& experiments, Verdict& verdict) {
                                     : fmt::format("{:.3g}", to);
   };
   verdict.push_back(fmt::format(
-      "Cut were {} mm of depth with largest chips of {} um{}: anything else is an extrapolation, "
+      "Cuts were {} mm of depth with largest chips of {} um{}: anything else is an extrapolation, "
       "and cross-validation has not tested it.",
       range(low / units::mm, high / units::mm),
       range(chips.low / units::um, chips.high / units::um), slots ? ", slots only" : ""));

@@ -46,6 +46,7 @@ Candidate try_model(const std::vector<Experiment>& experiments, const ForceModel
     one.fit = fit_mean_forces(experiments, model, fit);
   } catch (const InvalidInput& error) {
     one.not_ranked = error.faults().front().rule;
+    one.remedy = error.faults().front().remedy;
     return one;
   }
   if (one.fit->status != "fitted") {
@@ -111,7 +112,7 @@ std::vector<Candidate> rank_models(const std::vector<Experiment>& experiments,
     std::vector<Fault> faults;
     for (const Candidate& one : all) {
       faults.push_back({"model." + one.name, std::to_string(one.unknowns) + " unknowns",
-                        one.not_ranked, "measure more cuts or choose a smaller model"});
+                        one.not_ranked, one.remedy});
     }
     throw InvalidInput(faults);
   }

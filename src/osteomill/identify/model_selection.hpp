@@ -18,6 +18,7 @@ struct Candidate {
   std::optional<CrossValidation> leave_one;    ///< each experiment out
   std::optional<CrossValidation> leave_group;  ///< each group out; unset without groups
   std::string not_ranked;                      ///< why not; empty: ranked
+  std::string remedy = "measure more cuts or choose a smaller model";  ///< where not ranked
   /// Mean over the folds of its squared error less that of the best, summed over x, y, z, N², and
   /// the standard error of that mean.
   double excess = 0.0;
