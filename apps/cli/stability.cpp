@@ -285,8 +285,8 @@ std::vector<std::string> sentences_of(const Result& result, const io::StabilityC
   }
   if (std::isfinite(result.minimum.depth)) {
     sentences.push_back(
-        fmt::format("zero-order estimate of what is stable at every speed: {:.5f} mm (chatter at "
-                    "{:.1f} Hz)",
+        fmt::format("least limit of the zero-order method over all speeds: {:.5f} mm (chatter at "
+                    "{:.1f} Hz); an interrupted cut can chatter below it",
                     result.minimum.depth / units::mm, result.minimum.chatter_frequency_hz));
   }
   if (!result.judged.empty()) {
