@@ -104,7 +104,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   if (input.heat) {
     run.warnings.push_back(
         "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
-        "and cortical bone are assumed; all work of the spindle counts as that of chips");
+        "and cortical bone are assumed; rubbing counts apart where the law has an edge force");
   }
   mill(workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {
