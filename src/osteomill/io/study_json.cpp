@@ -151,7 +151,7 @@ Json study_document(const StudyReport& r) {
                            {"slope", g.slope},
                            {"slope_" + ci, pair(g.slope_interval)},
                            {"intercept", g.intercept},
-                           {"intercept_" + ci, pair(g.intercept_interval)},
+                           {"intercept_" + ci, or_null(g.intercept_interval)},
                            {"r_squared", g.r_squared},
                            {"r_squared_" + ci, or_null(g.r_squared_interval)},
                            {"p", g.p}});

@@ -114,7 +114,8 @@ struct RegressionRecord {
   double slope = 0.0;
   double intercept = 0.0;
   Interval slope_interval;
-  Interval intercept_interval;
+  /// Unset for two operators whose cuts repeat: one difference tells too little of others.
+  std::optional<Interval> intercept_interval;
   double r_squared = 0.0;
   std::optional<Interval> r_squared_interval;
   double p = 1.0;

@@ -221,7 +221,7 @@ std::string normality_note() {
       "With normal errors the intervals held the truth in 93-97 % of simulated studies; more often "
       "those of operators' components that the data hardly tell from zero and those of an SD "
       "without normality from few cuts; less often, where a group has two operators only, those of "
-      "its share outside and of the intercept of its line ({}). Few cuts hide what a test of "
+      "its share outside ({}). Few cuts hide what a test of "
       "normality would reject: {}. The intervals of an SD without normality have beside them what "
       "they held for as many cuts.",
       kCoverageOfTwoOperators, kCoverageIfNotNormal);

@@ -295,13 +295,14 @@ void report_regressions(const Slice& slice, StudyReport& report) {
         const double intercept_error =
             std::sqrt(variance * (1.0 / n + covariate.value.mean() * covariate.value.mean() / sxx));
         r.slope_interval = {r.slope - t * slope_error, r.slope + t * slope_error};
-        r.intercept_interval = {r.intercept - t * intercept_error,
-                                r.intercept + t * intercept_error};
+        r.intercept_interval =
+            Interval{r.intercept - t * intercept_error, r.intercept + t * intercept_error};
         if (random) {
           r.slope = random->slope.value;
           r.intercept = random->intercept.value;
           r.slope_interval = random->slope.interval;
-          r.intercept_interval = random->intercept.interval;
+          r.intercept_interval = {};
+          if (part.subject->levels.size() > 2) r.intercept_interval = random->intercept.interval;
           r.p = random->slope.p;
         }
         if (slope_error > 0.0) {

@@ -258,7 +258,7 @@ void count_coverage(const SimulatedStudy& study, const SimulatedPopulation& popu
   for (const RegressionRecord& r : report.regressions) {
     const std::string of = ", " + kind_of_group(r.factor);
     count(counts, "slope" + of, r.slope_interval, slope);
-    count(counts, "intercept" + of, r.intercept_interval, 0.0);
+    if (r.intercept_interval) count(counts, "intercept" + of, *r.intercept_interval, 0.0);
     if (r.r_squared_interval) {
       count(counts, "r²" + of, *r.r_squared_interval, slope * slope / total);
     }
