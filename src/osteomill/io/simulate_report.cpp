@@ -257,8 +257,10 @@ std::string subtitle_of(const SimulatedRun& run) {
     return fmt::format("{:g} rpm along a line profile of cutting gain",
                        run.input.machine.spindle_speed / units::rpm);
   }
-  const char* shape = cutter.shape == cutting::CutterShape::ball ? "ball" : "cylindrical";
-  const char* bone = run.input.stock.kind == StockKind::ct ? "bone from a CT scan" : "phantom";
+  const std::string shape = run.input.expanded.at("cutter").at("shape");
+  const char* bone = run.input.stock.kind == StockKind::ct     ? "bone from a CT scan"
+                     : run.input.stock.kind == StockKind::mesh ? "bone from a surface"
+                                                               : "phantom";
   return fmt::format("{:g} mm {} cutter with {} flutes at {:.0f} rpm · {}, voxels of {:g} mm",
                      2.0 * cutter.radius / units::mm, shape, cutter.flutes,
                      run.input.machine.spindle_speed / units::rpm, bone,
