@@ -6,6 +6,7 @@
 #include "osteomill/io/force_case.hpp"
 #include "osteomill/io/identify_case.hpp"
 #include "osteomill/io/instantaneous_case.hpp"
+#include "osteomill/io/map_case.hpp"
 #include "osteomill/io/online_case.hpp"
 #include "osteomill/io/robot_calibration_case.hpp"
 #include "osteomill/io/robot_case.hpp"
@@ -24,6 +25,7 @@ void add_force(CLI::App& program);
 void add_identify(CLI::App& program);
 void add_identify_instantaneous(CLI::App& program);
 void add_identify_online(CLI::App& program);
+void add_map(CLI::App& program);
 void add_modes(CLI::App& program);
 void add_reproduce(CLI::App& program);
 void add_optimise(CLI::App& program);
@@ -51,6 +53,7 @@ const std::vector<Command>& commands() {
       {"identify", add_identify, io::bind_identify},
       {"identify instantaneous", add_identify_instantaneous, io::bind_instantaneous},
       {"identify online", add_identify_online, io::bind_online},
+      {"map", add_map, io::bind_map},
       {"modes", add_modes, io::bind_modes},
       {"reproduce", add_reproduce, {}},
       {"optimise", add_optimise, io::bind_optimise},

@@ -81,6 +81,9 @@ void write_directory(const CaseArguments& arguments, const std::string& command,
       const std::string prefix = runs.size() == 1 ? "" : run.name + "-";
       io::write_text_file(output.file(prefix + file.name), file.text);
     }
+    for (const WrittenFile& file : run.shown.written) {
+      file.write(output.file((runs.size() == 1 ? "" : run.name + "-") + file.name));
+    }
     if (run.shown.rows.size() > 1) section.blocks.emplace_back(table_of(run.shown.rows));
     for (const auto& rows : run.shown.tables) section.blocks.emplace_back(table_of(rows));
     report.sections.push_back(std::move(section));

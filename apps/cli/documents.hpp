@@ -23,6 +23,12 @@ struct TextFile {
   std::string text;
 };
 
+/// A file of a run directory in a format of its own.
+struct WrittenFile {
+  std::string name;
+  std::function<void(const std::filesystem::path& file)> write;
+};
+
 /// What a command has to show of one run.
 struct Shown {
   nlohmann::ordered_json document;
@@ -33,6 +39,7 @@ struct Shown {
   std::vector<Figure> figures = {};
   std::vector<std::vector<std::vector<std::string>>> tables = {};  ///< further ones, not in csv
   std::vector<TextFile> files = {};                                ///< of the run directory
+  std::vector<WrittenFile> written = {};                           ///< likewise
 };
 
 /// Solves every run of a case and shows it as the arguments ask: one JSON document (of one run, or

@@ -134,16 +134,22 @@ std::string stl_of(const geometry::Mesh& mesh) {
   return out;
 }
 
-std::string ply_of(const geometry::Mesh& mesh) {
+std::string ply_of(const geometry::Mesh& mesh, const std::optional<ValueColours>& colours) {
+  const bool coloured = colours && !mesh.values.empty();
   std::string out = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment lengths in mm, written by osteomill\n"
-      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}{}"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
       mesh.vertices.size(), mesh.values.empty() ? "" : "property float value\n",
+      coloured ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "",
       mesh.triangles.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     for (int i = 0; i < 3; ++i) put(out, mesh.vertices[v][i] / static_cast<float>(units::mm));
     if (!mesh.values.empty()) put(out, mesh.values[v]);
+    if (!coloured) continue;
+    const double width = colours->high > colours->low ? colours->high - colours->low : 1.0;
+    for (const float part : colour_at(colours->map, (mesh.values[v] - colours->low) / width))
+      put(out, static_cast<std::uint8_t>(std::lround(255.0F * part)));
   }
   for (const auto& triangle : mesh.triangles) {
     put(out, std::uint8_t{3});
@@ -206,11 +212,12 @@ MeshFile read_solid(const fs::path& path, const MeshOptions& options) {
   return file;
 }
 
-void write_mesh(const geometry::Mesh& mesh, const fs::path& path) {
+void write_mesh(const geometry::Mesh& mesh, const fs::path& path,
+                const std::optional<ValueColours>& colours) {
   if (path.extension() == ".stl")
     write_text_file(path, stl_of(mesh));
   else if (path.extension() == ".ply")
-    write_text_file(path, ply_of(mesh));
+    write_text_file(path, ply_of(mesh, colours));
   else
     throw InvalidInput({path.string(), path.extension().string(), "must end in .stl or .ply",
                         "choose one of these formats"});

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "osteomill/geometry/mesh.hpp"
 #include "osteomill/geometry/mesh_repair.hpp"
+#include "osteomill/io/colour.hpp"
 
 namespace osteomill::io {
 
@@ -33,7 +35,16 @@ MeshFile read_mesh(const std::filesystem::path& path, const MeshOptions& options
 /// As read_mesh, and InvalidInput when the surface is not watertight after all.
 MeshFile read_solid(const std::filesystem::path& path, const MeshOptions& options = {});
 
-/// Writes binary STL or PLY by the suffix, in mm; values go into PLY as a property "value".
-void write_mesh(const geometry::Mesh& mesh, const std::filesystem::path& path);
+/// How values become colours: the ends of the map stand for low and high.
+struct ValueColours {
+  ColourMap map = ColourMap::viridis;
+  double low = 0.0;
+  double high = 1.0;
+};
+
+/// Writes binary STL or PLY by the suffix, in mm; values go into PLY as a property "value", and as
+/// red, green and blue where it is said how. WorldError when the disk refuses.
+void write_mesh(const geometry::Mesh& mesh, const std::filesystem::path& path,
+                const std::optional<ValueColours>& colours = {});
 
 }  // namespace osteomill::io
