@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/calibrate/shape_fit.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 
 namespace osteomill::calibrate {
 namespace {

@@ -3,16 +3,19 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 
 namespace osteomill::calibrate {
 namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 std::vector<double> weights_of(const char* what, const std::vector<Vector3>& points,
                                const std::vector<double>& sd, std::size_t least) {
@@ -36,20 +39,28 @@ std::vector<double> weights_of(const char* what, const std::vector<Vector3>& poi
 }
 
 /// (J' W J)^-1, scaled by the residuals when the noise is not given; fills the quality.
-template <int N>
-Eigen::Matrix<double, N, N> covariance_of(const Eigen::Matrix<double, Eigen::Dynamic, N>& jacobian,
-                                          const Eigen::VectorXd& residuals,
-                                          const std::vector<double>& weights, bool known_noise,
-                                          FitQuality& quality) {
-  const Eigen::Map<const Eigen::VectorXd> w(weights.data(), residuals.size());
+MatrixXd covariance_of(const MatrixXd& jacobian, const VectorXd& residuals,
+                       const std::vector<double>& weights, bool known_noise, FitQuality& quality) {
+  const VectorXd w = VectorXd::Map(weights.data(), residuals.size());
   quality.residual_rms = std::sqrt(residuals.squaredNorm() / static_cast<double>(residuals.size()));
   quality.chi_squared = residuals.cwiseAbs2().dot(w);
-  quality.freedom = static_cast<int>(residuals.size()) - N;
-  const Eigen::Matrix<double, N, N> normal = jacobian.transpose() * w.asDiagonal() * jacobian;
-  Eigen::Matrix<double, N, N> covariance =
-      normal.ldlt().solve(Eigen::Matrix<double, N, N>::Identity());
+  const Eigen::Index unknowns = jacobian.cols();
+  quality.freedom = static_cast<int>(residuals.size() - unknowns);
+  const MatrixXd weighted = w.asDiagonal() * jacobian;
+  const MatrixXd normal = jacobian.transpose() * weighted;
+  MatrixXd covariance = normal.ldlt().solve(MatrixXd::Identity(unknowns, unknowns));
   if (!known_noise) covariance *= quality.chi_squared / std::max(1, quality.freedom);
   return covariance;
+}
+
+/// One step of Gauss-Newton.
+VectorXd step_of(const MatrixXd& jacobian, const VectorXd& residuals,
+                 const std::vector<double>& weights) {
+  const VectorXd w = VectorXd::Map(weights.data(), residuals.size());
+  const MatrixXd weighted = w.asDiagonal() * jacobian;
+  const MatrixXd normal = jacobian.transpose() * weighted;
+  const VectorXd gradient = weighted.transpose() * residuals;
+  return -normal.ldlt().solve(gradient);
 }
 
 }  // namespace
@@ -80,14 +91,14 @@ PlaneFit fit_plane(const std::vector<Vector3>& points, const std::vector<double>
   fit.tangent2 = fit.normal.cross(fit.tangent1);
   fit.offset = fit.normal.dot(fit.centroid);
   const auto count = static_cast<Eigen::Index>(points.size());
-  Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian(count, 3);
-  Eigen::VectorXd residuals(count);
+  MatrixXd jacobian(count, 3);
+  VectorXd residuals(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Vector3 r = points[static_cast<std::size_t>(i)] - fit.centroid;
     jacobian.row(i) << r.dot(fit.tangent1), r.dot(fit.tangent2), -1.0;
     residuals[i] = r.dot(fit.normal);
   }
-  fit.covariance = covariance_of<3>(jacobian, residuals, weights, !sd.empty(), fit.quality);
+  fit.covariance = covariance_of(jacobian, residuals, weights, !sd.empty(), fit.quality);
   return fit;
 }
 
@@ -97,40 +108,37 @@ SphereFit fit_sphere(const std::vector<Vector3>& points, const std::vector<doubl
   Vector3 middle = Vector3::Zero();
   for (const Vector3& point : points) middle += point / static_cast<double>(count);
   // Algebraic start |p|² = 2 c·p + (r² − c²), about the middle; then geometric Gauss-Newton.
-  Eigen::MatrixX4d rows(count, 4);
-  Eigen::VectorXd right(count);
+  MatrixXd rows(count, 4);
+  VectorXd right(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Vector3 p = points[static_cast<std::size_t>(i)] - middle;
     const double w = std::sqrt(weights[static_cast<std::size_t>(i)]);
     rows.row(i) << w * 2.0 * p.transpose(), w;
     right[i] = w * p.squaredNorm();
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixX4d> qr(rows);
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows);
   if (qr.rank() < 4) {
     throw InvalidInput(Fault{"sphere", fmt::format("{} points", points.size()),
                              "must not lie in a plane", "spread the points over the sphere"});
   }
-  const Eigen::Vector4d start = qr.solve(right);
+  const VectorXd start = qr.solve(right);
   SphereFit fit;
   fit.centre = middle + start.head<3>();
   fit.radius = std::sqrt(std::max(0.0, start[3] + start.head<3>().squaredNorm()));
-  Eigen::Matrix<double, Eigen::Dynamic, 4> jacobian(count, 4);
-  Eigen::VectorXd residuals(count);
+  MatrixXd jacobian(count, 4);
+  VectorXd residuals(count);
   for (int round = 0; round < 50; ++round) {
     for (Eigen::Index i = 0; i < count; ++i) {
       const Vector3 r = points[static_cast<std::size_t>(i)] - fit.centre;
       jacobian.row(i) << -r.normalized().transpose(), -1.0;
       residuals[i] = r.norm() - fit.radius;
     }
-    const Eigen::Map<const Eigen::VectorXd> w(weights.data(), count);
-    const Eigen::Matrix4d normal = jacobian.transpose() * w.asDiagonal() * jacobian;
-    const Eigen::Vector4d step =
-        -normal.ldlt().solve(jacobian.transpose() * w.asDiagonal() * residuals);
+    const VectorXd step = step_of(jacobian, residuals, weights);
     fit.centre += step.head<3>();
     fit.radius += step[3];
     if (step.norm() < 1e-13) break;
   }
-  fit.covariance = covariance_of<4>(jacobian, residuals, weights, !sd.empty(), fit.quality);
+  fit.covariance = covariance_of(jacobian, residuals, weights, !sd.empty(), fit.quality);
   return fit;
 }
 
@@ -146,8 +154,8 @@ AxisFit fit_axis(const std::vector<Vector3>& points, const std::vector<double>& 
   fit.direction_covariance = plane.covariance.topLeftCorner<2, 2>();
 
   const auto count = static_cast<Eigen::Index>(points.size());
-  Eigen::MatrixX3d rows(count, 3);
-  Eigen::VectorXd right(count);
+  MatrixXd rows(count, 3);
+  VectorXd right(count);
   std::vector<Eigen::Vector2d> flat;
   for (Eigen::Index i = 0; i < count; ++i) {
     const Vector3 r = points[static_cast<std::size_t>(i)] - plane.centroid;
@@ -157,28 +165,25 @@ AxisFit fit_axis(const std::vector<Vector3>& points, const std::vector<double>& 
     rows.row(i) << w * 2.0 * p.transpose(), w;
     right[i] = w * p.squaredNorm();
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixX3d> qr(rows);
-  const Eigen::Vector3d start = qr.solve(right);
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows);
+  const VectorXd start = qr.solve(right);
   Eigen::Vector2d centre = start.head<2>();
   fit.radius = std::sqrt(std::max(0.0, start[2] + centre.squaredNorm()));
-  Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian(count, 3);
-  Eigen::VectorXd residuals(count);
+  MatrixXd jacobian(count, 3);
+  VectorXd residuals(count);
   for (int round = 0; round < 100; ++round) {
     for (Eigen::Index i = 0; i < count; ++i) {
       const Eigen::Vector2d r = flat[static_cast<std::size_t>(i)] - centre;
       jacobian.row(i) << -r.normalized().transpose(), -1.0;
       residuals[i] = r.norm() - fit.radius;
     }
-    const Eigen::Map<const Eigen::VectorXd> w(weights.data(), count);
-    const Eigen::Matrix3d normal = jacobian.transpose() * w.asDiagonal() * jacobian;
-    const Eigen::Vector3d step =
-        -normal.ldlt().solve(jacobian.transpose() * w.asDiagonal() * residuals);
+    const VectorXd step = step_of(jacobian, residuals, weights);
     centre += step.head<2>();
     fit.radius += step[2];
     if (step.norm() < 1e-13) break;
   }
   fit.position_covariance =
-      covariance_of<3>(jacobian, residuals, weights, !sd.empty(), fit.circle).topLeftCorner<2, 2>();
+      covariance_of(jacobian, residuals, weights, !sd.empty(), fit.circle).topLeftCorner<2, 2>();
   fit.point = plane.centroid + centre.x() * fit.tangent1 + centre.y() * fit.tangent2;
 
   std::vector<double> angles;
@@ -205,16 +210,16 @@ PivotFit fit_pivot(const std::vector<Pose>& poses) {
                              "turn the probe about its tip while recording"});
   }
   const auto count = static_cast<Eigen::Index>(poses.size());
-  Eigen::Matrix<double, Eigen::Dynamic, 6> rows(3 * count, 6);
-  Eigen::VectorXd right(3 * count);
+  MatrixXd rows(3 * count, 6);
+  VectorXd right(3 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Pose& pose = poses[static_cast<std::size_t>(i)];
     rows.block<3, 3>(3 * i, 0) = pose.linear();
     rows.block<3, 3>(3 * i, 3) = -Eigen::Matrix3d::Identity();
     right.segment<3>(3 * i) = -pose.translation();
   }
-  const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, 6>> qr(rows);
-  const Eigen::Matrix<double, 6, 6> r = qr.matrixR().topRows<6>();
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(rows);
+  const MatrixXd r = qr.matrixR().topRows(6);
   const double smallest = std::abs(r(5, 5));
   if (!(smallest > 1e-6 * std::abs(r(0, 0)))) {
     throw InvalidInput(Fault{"pivot", fmt::format("{} poses", poses.size()),
@@ -222,13 +227,13 @@ PivotFit fit_pivot(const std::vector<Pose>& poses) {
                              "turn it about two axes by 30 deg or more"});
   }
   PivotFit fit;
-  const Eigen::Matrix<double, 6, 1> solution = qr.solve(right);
+  const VectorXd solution = qr.solve(right);
   fit.tip_P = solution.head<3>();
   fit.pivot_F = solution.tail<3>();
   fit.condition = std::abs(r(0, 0)) / smallest;
-  const Eigen::VectorXd residuals = rows * solution - right;
+  const VectorXd residuals = rows * solution - right;
   const std::vector<double> weights(static_cast<std::size_t>(residuals.size()), 1.0);
-  fit.covariance = covariance_of<6>(rows, residuals, weights, false, fit.quality);
+  fit.covariance = covariance_of(rows, residuals, weights, false, fit.quality);
   return fit;
 }
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/random.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 
 namespace osteomill::robot {
 namespace {
@@ -125,8 +125,8 @@ Dexterity dexterity(const SerialChain& chain, const Vector& q, double length) {
   for (Eigen::Index i = 0; i < chain.size(); ++i) {
     if (chain.joints[static_cast<std::size_t>(i)].prismatic) scaled.col(i) *= length;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(scaled *
-                                                                         scaled.transpose());
+  const Eigen::MatrixXd gram = scaled * scaled.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
   Dexterity result;
   result.manipulability = 1.0;
   const double largest = std::sqrt(eigen.eigenvalues()[5]);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
 
 namespace osteomill::study {
