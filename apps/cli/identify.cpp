@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
@@ -11,6 +12,7 @@
 #include "osteomill/io/identify_case.hpp"
 #include "osteomill/io/identify_figures.hpp"
 #include "osteomill/io/identify_result.hpp"
+#include "osteomill/io/instantaneous_case.hpp"
 #include "osteomill/io/text_file.hpp"
 
 namespace osteomill::cli {
@@ -85,18 +87,24 @@ struct Arguments : CaseArguments {
 /// Every record over its revolutions.
 struct Instantaneous {
   std::vector<std::string> names;
+  std::vector<std::size_t> of;  ///< index of the experiment
   std::vector<InstantaneousFit> fits;
   CombinedRecords combined;
 };
 
 std::optional<Instantaneous> fit_records(const io::IdentifyCase& input) {
-  if (input.method == io::IdentifyMethod::mean_forces) return {};
+  if (input.method == io::IdentifyMethod::mean_forces &&
+      input.run_out.from != io::RunOutFrom::records) {
+    return {};
+  }
   Instantaneous result;
   InstantaneousOptions options;
+  options.units = input.units;
   options.confidence = input.options.fit.confidence;
-  for (const io::LoadedExperiment& one : input.loaded) {
+  for (std::size_t i = 0; i < input.loaded.size(); ++i) {
+    const io::LoadedExperiment& one = input.loaded[i];
     const bool able = one.processed && one.processed->rotation && !input.chain.average_flutes;
-    if (!able && input.method == io::IdentifyMethod::automatic) continue;
+    if (!able && input.method != io::IdentifyMethod::instantaneous) continue;
     if (!one.processed) {
       throw InvalidInput(Fault{"model.method", "instantaneous",
                                "needs records; " + one.experiment.name + " has mean forces only",
@@ -106,25 +114,47 @@ std::optional<Instantaneous> fit_records(const io::IdentifyCase& input) {
     result.fits.push_back(fit_processed(*one.processed, input.chain, cut.cutter, cut.condition,
                                         cut.immersion, options));
     result.names.push_back(cut.name);
+    result.of.push_back(i);
+    // The pulse is the same place of the spindle in every record.
+    if (one.processed->rotation->absolute) {
+      options.start = InstantaneousStart{result.fits.back().run_out, result.fits.back().phase};
+    }
   }
   if (result.fits.empty()) return {};
-  result.combined =
-      combine_records(result.fits, result.names, options.units.size(), options.confidence);
+  result.combined = combine_records(result.fits, result.names, options.units, options.confidence);
   return result;
 }
 
-Dimension dimension_of(const Estimate& one) {
-  return one.name.ends_with("c") ? Dimension::pressure : Dimension::force_per_width;
+/// What is known of the run-out in the mean forces; that of records is put into the cutters.
+RunOutKnowledge run_out_of(const io::IdentifyCase& input,
+                           const std::optional<Instantaneous>& records,
+                           std::vector<Experiment>& experiments) {
+  const RunOutKnowledge stated =
+      stated_run_out(experiments, input.run_out.standard_error, input.run_out.bound);
+  const bool asked = input.run_out.from == io::RunOutFrom::records;
+  if (asked || (input.run_out.from == io::RunOutFrom::automatic &&
+                stated.source == RunOutSource::unknown && records)) {
+    if (records) {
+      RunOutKnowledge found = run_out_of_records(records->fits, records->of, experiments);
+      if (found.source == RunOutSource::records) return found;
+    }
+    if (asked) {
+      throw InvalidInput(Fault{"run_out.from", "records", "no record tells a run-out",
+                               "give records with their rotation and without average_flutes, or "
+                               "state cutter.run_out"});
+    }
+  }
+  return stated;
 }
 
 Rows combined_rows(const Instantaneous& records, double confidence) {
   Rows rows = {{fmt::format("instantaneous, {} records", records.combined.records), "value",
                 "standard error", fmt::format("{:g} % interval", 100.0 * confidence), "unit"}};
   for (const Estimate& one : records.combined.coefficients) {
-    const double factor = factor_of(dimension_of(one));
+    const double factor = io::unit_of(one).factor;
     rows.push_back({one.name, number(one.value / factor), number(one.standard_error / factor),
                     fmt::format("{:.4g} ... {:.4g}", one.low / factor, one.high / factor),
-                    unit_of(dimension_of(one))});
+                    io::unit_of(one).unit});
   }
   return rows;
 }
@@ -148,10 +178,10 @@ nlohmann::ordered_json estimates_json(const std::vector<Estimate>& estimates, st
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < count; ++i) {
     const Estimate& one = estimates[i];
-    const double factor = factor_of(dimension_of(one));
+    const double factor = io::unit_of(one).factor;
     list.push_back({{"name", one.name},
                     {"value", one.value / factor},
-                    {"unit", unit_of(dimension_of(one))},
+                    {"unit", io::unit_of(one).unit},
                     {"standard_error", one.standard_error / factor},
                     {"interval", {one.low / factor, one.high / factor}},
                     {"determined", one.determined}});
@@ -169,7 +199,9 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
     const InstantaneousFit& fit = records.fits[i];
     list.push_back(
         {{"name", records.names[i]},
-         {"coefficients", estimates_json(fit.estimates, linear_law_units().size())},
+         {"coefficients",
+          estimates_json(fit.estimates,
+                         fit.units.size() + static_cast<std::size_t>(exponents_of(fit.units)))},
          {"run_out_um", fit.run_out.offset / units::um},
          {"run_out_angle_deg", fit.run_out.offset_angle / units::deg},
          {"residual_rms_n",
@@ -181,8 +213,8 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
   shown.tables.push_back(combined_rows(records, input.options.fit.confidence));
   shown.tables.push_back(record_rows(records));
   std::string text = fmt::format(
-      "Instantaneous method: {} of {} records determine all six linear "
-      "coefficients with run-out and phase unknown",
+      "Instantaneous method: {} of {} records determine all coefficients of its law "
+      "with run-out and phase unknown",
       records.combined.records, records.fits.size());
   if (records.combined.records > 1) {
     text +=
@@ -210,15 +242,18 @@ void compare_methods(const MeanForceFit& means, const Instantaneous& records, Sh
     }
   }
   if (differ.empty()) return;
-  shown.sentences.push_back(fmt::format(
-      "The two methods differ in {} by more than three standard errors. Mean forces know only the "
-      "run-out that [cutter] states: put the one found by the records there and identify again.",
-      differ));
+  shown.sentences.push_back(
+      fmt::format("The two methods differ in {} by more than three standard errors: where bone "
+                  "changes along the "
+                  "cut or the law lacks something, means and revolutions weigh it differently.",
+                  differ));
 }
 
 /// The mean-force method, with all that it says.
-void add_means(const io::IdentifyCase& input, const Arguments& arguments,
+void add_means(const io::IdentifyCase& given, const Arguments& arguments,
                const std::optional<Instantaneous>& records, Shown& shown) {
+  io::IdentifyCase input = given;
+  input.options.run_out = run_out_of(given, records, input.experiments);
   const MeanForceIdentification result =
       identify_mean_forces(input.experiments, input.models, input.options);
   shown.document = io::identify_document(input, result);
@@ -239,23 +274,55 @@ void add_means(const io::IdentifyCase& input, const Arguments& arguments,
   }
 }
 
+/// What became of the records: a table, and all of it as signals.
+void show_signals(const io::IdentifyCase& input, Shown& shown) {
+  const nlohmann::ordered_json records = io::records_json(input.loaded);
+  if (records.empty()) return;
+  shown.document["records"] = records;
+  Rows rows = {{"record", "file", "speed, rpm", "plateau, s", "lines of run-out, %",
+                "mean Fx, Fy, Fz, N", "standard error, N"}};
+  for (const auto& one : records) {
+    const auto three = [&](const char* key, const char* format) {
+      const auto& v = one.at(key);
+      return fmt::format(fmt::runtime(format), v.at("x").get<double>(), v.at("y").get<double>(),
+                         v.at("z").get<double>());
+    };
+    rows.push_back({one.at("name"), one.at("file"),
+                    fmt::format("{:.1f}", one.at("spindle_speed_rpm").get<double>()),
+                    fmt::format("{:.3f} ... {:.3f}", one.at("plateau_s").at(0).get<double>(),
+                                one.at("plateau_s").at(1).get<double>()),
+                    one.at("run_out_ratio").is_null()
+                        ? ""
+                        : fmt::format("{:.1f}", 100.0 * one.at("run_out_ratio").get<double>()),
+                    three("mean_force_n", "{:.2f} {:.2f} {:.2f}"),
+                    three("standard_error_n", "{:.3f} {:.3f} {:.3f}")});
+  }
+  shown.tables.push_back(std::move(rows));
+  shown.written.push_back({"signals.h5", [input](const std::filesystem::path& file) {
+                             io::write_signals(io::record_signals(input), file);
+                           }});
+}
+
 Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
   const io::IdentifyCase input = io::read_identify_case(run);
   Shown shown;
   shown.expanded = input.expanded;
-  nlohmann::ordered_json notes = nlohmann::ordered_json::array();
   for (const io::LoadedExperiment& one : input.loaded) {
     shown.warnings.insert(shown.warnings.end(), one.warnings.begin(), one.warnings.end());
-    if (!one.notes.empty()) notes.push_back({{"name", one.experiment.name}, {"steps", one.notes}});
   }
   const std::optional<Instantaneous> records = fit_records(input);
   if (input.method == io::IdentifyMethod::instantaneous) {
-    if (!arguments.entry.empty()) {
-      throw InvalidInput(Fault{"--entry", arguments.entry.string(),
-                               "is written from mean forces only", "set model.method = \"auto\""});
+    if (records->combined.coefficients.empty()) {
+      throw NoSolution("no record determines every coefficient of the law: " +
+                       fmt::format("{}", fmt::join(records->combined.left_out, ", ")) +
+                       "; give more revolutions, other feeds, or a law with fewer unknowns");
     }
+    const std::string entry = io::catalogue_entry_of(input, records->combined);
+    if (!arguments.entry.empty()) io::write_text_file(arguments.entry, entry);
+    shown.files = {{"bone.toml", entry}};
     shown.rows = combined_rows(*records, input.options.fit.confidence);
-    shown.document["model"] = "linear, instantaneous";
+    shown.document["model"] =
+        name_of(input.models.size() == 1 ? input.models.front() : ForceModel{}) + ", instantaneous";
     shown.document["coefficients"] =
         estimates_json(records->combined.coefficients, records->combined.coefficients.size());
   } else {
@@ -264,7 +331,7 @@ Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
   if (records) add_records(*records, input, shown);
   shown.document["verdict"] = shown.sentences;
   shown.document["warnings"] = shown.warnings;
-  if (!notes.empty()) shown.document["records"] = notes;
+  show_signals(input, shown);
   for (const io::SignalFigure& one : input.signal_figures) {
     shown.figures.push_back(
         {"signal-" + one.name, one.caption,

@@ -2,6 +2,7 @@
 #include "osteomill/identify/combined_records.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,13 +15,16 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
-                                const std::vector<std::string>& names, std::size_t count,
-                                double confidence) {
-  const auto p = static_cast<Index>(count);
+                                const std::vector<std::string>& names,
+                                const std::vector<UnitForce>& units, double confidence) {
+  const auto p = static_cast<Index>(units.size()) + exponents_of(units);
   CombinedRecords result;
+  result.units = units;
   std::vector<const InstantaneousFit*> used;
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    const bool determined = std::all_of(fits[i].estimates.begin(), fits[i].estimates.begin() + p,
+    // A component that came out negative is not among the units of its fit.
+    const bool determined = fits[i].units.size() == units.size() &&
+                            std::all_of(fits[i].estimates.begin(), fits[i].estimates.begin() + p,
                                         [](const Estimate& one) { return one.determined; });
     if (determined) {
       used.push_back(&fits[i]);
@@ -66,6 +70,13 @@ CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
   result.covariance =
       widening * widening *
       (scale.asDiagonal() * weight.ldlt().solve(MatrixXd::Identity(p, p)) * scale.asDiagonal());
+  result.degrees_of_freedom = degrees;
+  const VectorXd deviation = result.covariance.diagonal().cwiseSqrt();
+  const MatrixXd correlation = deviation.cwiseInverse().asDiagonal() * result.covariance *
+                               deviation.cwiseInverse().asDiagonal();
+  const VectorXd spread =
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(correlation, Eigen::EigenvaluesOnly).eigenvalues();
+  result.condition_number = std::sqrt(spread(p - 1) / spread(0));
   const double t = numerics::student_t_quantile(0.5 + 0.5 * confidence, std::max(1.0, degrees));
   for (Index k = 0; k < p; ++k) {
     Estimate one;

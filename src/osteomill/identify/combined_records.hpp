@@ -11,6 +11,7 @@ namespace osteomill::identify {
 
 /// The coefficients of several cuts of one bone, each fitted over its revolutions, as one set.
 struct CombinedRecords {
+  std::vector<UnitForce> units;        ///< of the law
   std::vector<Estimate> coefficients;  ///< SI; empty when no cut determines them all
   Eigen::MatrixXd covariance;
   int records = 0;                    ///< that went in
@@ -18,11 +19,13 @@ struct CombinedRecords {
   /// Root of chi squared over its degrees of freedom: above 1 the cuts differ by more than their
   /// errors explain, and the errors are widened by it ([birge1932]).
   double birge_ratio = 1.0;
+  double degrees_of_freedom = 0.0;
+  double condition_number = 0.0;  ///< of the combined covariance's correlations
 };
 
-/// Mean weighted by the inverse covariances of the first `count` unknowns of each fit.
+/// Mean of the law's unknowns, exponents included, weighted by the inverse covariances of the fits.
 CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
-                                const std::vector<std::string>& names, std::size_t count,
-                                double confidence = 0.95);
+                                const std::vector<std::string>& names,
+                                const std::vector<UnitForce>& units, double confidence = 0.95);
 
 }  // namespace osteomill::identify

@@ -10,9 +10,13 @@
 namespace osteomill::identify {
 namespace {
 
+const std::vector<UnitForce> kUnits{{ForceComponent::tangential, UnitForce::Kind::shear, 0},
+                                    {ForceComponent::tangential, UnitForce::Kind::edge, 0}};
+
 InstantaneousFit fit_of(double a, double b, double error_a, double error_b) {
   InstantaneousFit fit;
   fit.degrees_of_freedom = 20.0;
+  fit.units = kUnits;
   fit.covariance = Eigen::Vector3d(error_a * error_a, error_b * error_b, 1.0).asDiagonal();
   for (const auto& [name, value, error] :
        {std::tuple{"Ktc", a, error_a}, {"Kte", b, error_b}, {"phase", 0.0, 1.0}}) {
@@ -26,8 +30,8 @@ InstantaneousFit fit_of(double a, double b, double error_a, double error_b) {
 }
 
 TEST(CombinedRecords, AreTheMeanWeightedByInverseVariances) {
-  const auto both =
-      combine_records({fit_of(1e8, 10.0, 2e6, 1.0), fit_of(1.1e8, 16.0, 4e6, 1.0)}, {"1", "2"}, 2);
+  const auto both = combine_records({fit_of(1e8, 10.0, 2e6, 1.0), fit_of(1.1e8, 16.0, 4e6, 1.0)},
+                                    {"1", "2"}, kUnits);
   ASSERT_EQ(both.coefficients.size(), 2U);
   EXPECT_NEAR(both.coefficients[0].value, (1e8 * 4.0 + 1.1e8) / 5.0, 1.0);
   EXPECT_NEAR(both.coefficients[1].value, 13.0, 1e-9);
@@ -39,11 +43,11 @@ TEST(CombinedRecords, AreTheMeanWeightedByInverseVariances) {
 TEST(CombinedRecords, LeaveOutACutThatDoesNotDetermineACoefficient) {
   InstantaneousFit open = fit_of(5e8, 3.0, 1.0, 1.0);
   open.estimates[0].determined = false;
-  const auto one = combine_records({fit_of(1e8, 10.0, 2e6, 1.0), open}, {"good", "open"}, 2);
+  const auto one = combine_records({fit_of(1e8, 10.0, 2e6, 1.0), open}, {"good", "open"}, kUnits);
   EXPECT_EQ(one.records, 1);
   EXPECT_EQ(one.left_out, std::vector<std::string>{"open"});
   EXPECT_DOUBLE_EQ(one.coefficients[0].value, 1e8);
-  EXPECT_TRUE(combine_records({open}, {"open"}, 2).coefficients.empty());
+  EXPECT_TRUE(combine_records({open}, {"open"}, kUnits).coefficients.empty());
 }
 
 TEST(CombinedRecords, IntervalsHoldTheTruthAsOftenAsTheySay) {
@@ -54,7 +58,7 @@ TEST(CombinedRecords, IntervalsHoldTheTruthAsOftenAsTheySay) {
     for (int i = 0; i < 5; ++i) {
       fits.push_back(fit_of(1e8 + 2e6 * random.normal(), 10.0 + random.normal(), 2e6, 1.0));
     }
-    const auto all = combine_records(fits, {"1", "2", "3", "4", "5"}, 2);
+    const auto all = combine_records(fits, {"1", "2", "3", "4", "5"}, kUnits);
     inside += all.coefficients[0].low <= 1e8 && 1e8 <= all.coefficients[0].high ? 1 : 0;
     ++count;
   }

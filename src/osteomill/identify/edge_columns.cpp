@@ -21,6 +21,10 @@ constexpr double kTurn = 2.0 * kPi;
 /// integrand is of the sixth order, 1e-9 of it.
 constexpr double kPanel = kPi / 18.0;
 constexpr std::size_t kNodes = 3;
+/// A chip this thin, m, has no force under a power or log law and a finite logarithm.
+constexpr double kNoChip = 1e-18;
+const double kLogMillimetre = std::log(1e-3);
+const double kLogMicrometre = std::log(1e-6);
 
 const numerics::QuadratureRule& rule() {
   static const numerics::QuadratureRule three = numerics::gauss_legendre(kNodes);
@@ -85,6 +89,10 @@ EdgeColumns::EdgeColumns(const cutting::Cutter& cutter, const cutting::Condition
   ends_.push_back(pieces.back());
   for (const double end : ends_) at_ends_.push_back(place_at(end, 0.0));
   for (std::size_t panel = 0; panel + 1 < ends_.size(); ++panel) {
+    upright_.push_back(envelope_.is_cylinder(0.5 * (ends_[panel] + ends_[panel + 1])) &&
+                       envelope_.is_cylinder(ends_[panel + 1]));
+  }
+  for (std::size_t panel = 0; panel + 1 < ends_.size(); ++panel) {
     const double width = ends_[panel + 1] - ends_[panel];
     for (std::size_t i = 0; i < kNodes; ++i) {
       nodes_.push_back(place_at(ends_[panel] + width * rule().nodes[i], width * rule().weights[i]));
@@ -103,8 +111,23 @@ EdgeColumns::Place EdgeColumns::place_at(double length, double weight) const {
   return place;
 }
 
+EdgeColumns::Place EdgeColumns::place_in(std::size_t panel, double length) const {
+  if (!upright_[panel]) return place_at(length, 0.0);
+  // On a cylinder all but height and lag is that of the panel's ends, and these grow evenly.
+  const Place& low = at_ends_[panel];
+  const Place& high = at_ends_[panel + 1];
+  const double share = (length - ends_[panel]) / (ends_[panel + 1] - ends_[panel]);
+  Place place = low;
+  place.point.z += share * (high.point.z - low.point.z);
+  place.point.lag += share * (high.point.lag - low.point.lag);
+  place.sin_lag = std::sin(place.point.lag);
+  place.cos_lag = std::cos(place.point.lag);
+  return place;
+}
+
 Eigen::MatrixXd EdgeColumns::at(const std::vector<double>& angle, double phase,
-                                const cutting::RunOut& run_out) const {
+                                const cutting::RunOut& run_out,
+                                const Eigen::Ref<const Eigen::VectorXd>& exponents) const {
   cutting::Cutter turned = cutter_;
   turned.run_out = run_out;
   const cutting::Flutes flutes(turned);
@@ -125,10 +148,28 @@ Eigen::MatrixXd EdgeColumns::at(const std::vector<double>& angle, double phase,
       share[j * count + b] = feed_a_turn * since / kTurn;
     }
   }
+  // Deviation of a flute, cutting::Flutes::deviation, by the lag's sine and cosine.
+  struct Toward {
+    double cosine, sine;
+  };
+  const auto toward = [&](double direction, std::size_t flute) {
+    const double off = direction - flutes.angle(static_cast<int>(flute));
+    return Toward{std::cos(off), std::sin(off)};
+  };
+  std::vector<Toward> offset_toward, tilt_toward;
+  for (std::size_t j = 0; j < count; ++j) {
+    offset_toward.push_back(toward(run_out.offset_angle, j));
+    tilt_toward.push_back(toward(run_out.tilt_angle, j));
+  }
   const auto excess_at = [&](const Place& place, double* excess) {
     std::array<double, 64> deviation{};
+    const double lean = run_out.tilt * place.point.z;
     for (std::size_t j = 0; j < count; ++j) {
-      deviation[j] = flutes.deviation(static_cast<int>(j), place.point);
+      deviation[j] =
+          (cutter_.radius_error.empty() ? 0.0 : cutter_.radius_error[j]) +
+          place.cos_lag *
+              (run_out.offset * offset_toward[j].cosine + lean * tilt_toward[j].cosine) +
+          place.sin_lag * (run_out.offset * offset_toward[j].sine + lean * tilt_toward[j].sine);
     }
     for (std::size_t j = 0; j < count; ++j) {
       for (std::size_t b = 0; b < count; ++b) {
@@ -136,6 +177,7 @@ Eigen::MatrixXd EdgeColumns::at(const std::vector<double>& angle, double phase,
       }
     }
   };
+  const bool curved = exponents_of(units_) > 0;
   const std::size_t pairs = count * count;
   std::vector<double> excess_nodes(nodes_.size() * pairs);
   std::vector<double> excess_ends(at_ends_.size() * pairs);
@@ -178,14 +220,24 @@ Eigen::MatrixXd EdgeColumns::at(const std::vector<double>& angle, double phase,
     const double sk = place.sin_kappa;
     const double ck = place.cos_kappa;
     // Against the motion, along the inward normal, and along the meridian away from the tip.
-    const std::array<Eigen::Vector3d, 3> along{Eigen::Vector3d(-c, s, 0.0),
-                                               Eigen::Vector3d(-sk * s, -sk * c, ck),
-                                               Eigen::Vector3d(ck * s, ck * c, sk)};
+    const std::array<Eigen::Vector3d, 4> along{
+        Eigen::Vector3d(-c, s, 0.0), Eigen::Vector3d(-sk * s, -sk * c, ck),
+        Eigen::Vector3d(ck * s, ck * c, sk), Eigen::Vector3d(-ck * s, -ck * c, -sk)};
+    const double log_h = curved ? std::log(std::max(h, kNoChip)) : 0.0;
+    const double* exponent = exponents.data();
     for (Eigen::Index k = 0; k < columns; ++k) {
       const UnitForce& unit = units_[static_cast<std::size_t>(k)];
       double value = place.weight;
       if (unit.kind == UnitForce::Kind::shear) value *= h;
       if (unit.kind == UnitForce::Kind::edge_along_length) value *= place.point.stretch;
+      if (unit.kind == UnitForce::Kind::power) {
+        value *= std::exp(*exponent * (log_h - kLogMillimetre));
+      }
+      if (unit.kind == UnitForce::Kind::log) {
+        const double log10_um = (log_h - kLogMicrometre) / std::numbers::ln10;
+        value *= std::exp(std::numbers::ln10 * log10_um * (exponent[0] + exponent[1] * log10_um));
+      }
+      exponent += unit.exponents();
       for (int i = 0; i < unit.power; ++i) value *= place.point.kappa;
       sum.col(k) += value * along[static_cast<std::size_t>(unit.component)];
     }
@@ -198,8 +250,9 @@ Eigen::MatrixXd EdgeColumns::at(const std::vector<double>& angle, double phase,
           angle[static_cast<std::size_t>(row)] - phase - flutes.angle(static_cast<int>(flute));
       const double sin_lead = std::sin(lead);
       const double cos_lead = std::cos(lead);
+      std::size_t panel = 0;
       const auto margin_at = [&](double length) {
-        const Place place = place_at(length, 0.0);
+        const Place place = place_in(panel, length);
         excess_at(place, excess_here.data());
         const Meeting now = meet(place, sin_lead, cos_lead);
         return margin(place, now, chip(excess_here.data(), flute, now.into));
@@ -220,13 +273,15 @@ Eigen::MatrixXd EdgeColumns::at(const std::vector<double>& angle, double phase,
           }
           continue;
         }
+        panel = end - 1;
         const double inside = end_of_contact(
             was_in ? ends_[end - 1] : ends_[end], was_in ? margin_before : margin_to,
             was_in ? ends_[end] : ends_[end - 1], was_in ? margin_to : margin_before, margin_at);
         const double from = was_in ? ends_[end - 1] : inside;
         const double width = (was_in ? inside : ends_[end]) - from;
         for (std::size_t i = 0; i < kNodes; ++i) {
-          const Place place = place_at(from + width * rule().nodes[i], width * rule().weights[i]);
+          Place place = place_in(panel, from + width * rule().nodes[i]);
+          place.weight = width * rule().weights[i];
           excess_at(place, excess_here.data());
           const Meeting now = meet(place, sin_lead, cos_lead);
           add(place, now, chip(excess_here.data(), flute, now.into));

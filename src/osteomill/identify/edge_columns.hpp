@@ -22,9 +22,9 @@ class EdgeColumns {
 
   /// Forces at rotation angles `angle - phase` of flute 0's tip, rad, with this run-out in place of
   /// the cutter's: 3 n rows (x of all angles, then y, then z), one column a unit; N per Pa (shear)
-  /// or per N/m (edge).
-  Eigen::MatrixXd at(const std::vector<double>& angle, double phase,
-                     const cutting::RunOut& run_out) const;
+  /// or per N/m (edge, power and log). `exponents` are those of the units, in their order.
+  Eigen::MatrixXd at(const std::vector<double>& angle, double phase, const cutting::RunOut& run_out,
+                     const Eigen::Ref<const Eigen::VectorXd>& exponents = Eigen::VectorXd()) const;
 
   const std::vector<UnitForce>& units() const { return units_; }
   const cutting::Cutter& cutter() const { return cutter_; }
@@ -38,6 +38,8 @@ class EdgeColumns {
     double sin_kappa = 1.0, cos_kappa = 0.0;
   };
   Place place_at(double length, double weight) const;
+  /// The same between the ends of a panel, without weight.
+  Place place_in(std::size_t panel, double length) const;
 
   cutting::Cutter cutter_;
   cutting::Condition condition_;
@@ -46,6 +48,7 @@ class EdgeColumns {
   std::vector<UnitForce> units_;
   std::vector<double> ends_;    ///< of panels, lengths along the meridian
   std::vector<Place> at_ends_;  ///< just inside
+  std::vector<bool> upright_;   ///< panels on a cylinder
   std::vector<Place> nodes_;    ///< three a panel
 };
 

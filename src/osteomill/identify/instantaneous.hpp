@@ -22,6 +22,13 @@ struct RevolutionForces {
   double width = 0.0;
 };
 
+/// Where a search may begin: what another cut of the same clamping had, the index of the rotation
+/// being the same place of the spindle.
+struct InstantaneousStart {
+  cutting::RunOut run_out;
+  double phase = 0.0;  ///< rad
+};
+
 struct InstantaneousOptions {
   std::vector<UnitForce> units = linear_law_units();
   bool run_out = true;  ///< offset of the axis and its direction are unknown
@@ -34,6 +41,9 @@ struct InstantaneousOptions {
   /// What filter and averaging left of the harmonics of the rotation, 0 first; the model's forces
   /// are treated alike. Empty: all of each.
   std::vector<double> harmonic_gains;
+  /// Begins there in place of searching over phases and directions; where the residuals say that
+  /// it led astray, the search is done all the same.
+  std::optional<InstantaneousStart> start = {};
   int max_iterations = 60;
   double confidence = 0.95;  ///< of the intervals
 };
@@ -49,13 +59,16 @@ struct Estimate {
   double high = 0.0;
   /// false: other values fit the data as well; value is one of them, without error or interval.
   bool determined = true;
+  /// An exponent that stands where the law ends: the data would go beyond.
+  bool at_limit = false;
 };
 
 struct InstantaneousFit {
   FitStatus status = FitStatus::not_run;
   int iterations = 0;
-  /// Units in their order, then run_out_x, run_out_y (offset times cosine and sine of its angle),
-  /// tilt_x, tilt_y, phase, offset_x, offset_y, offset_z as far as they are unknown.
+  std::vector<UnitForce> units;  ///< that were fitted
+  /// Units in their order, then their exponents, run_out_x, run_out_y (offset times cosine and sine
+  /// of its angle), tilt_x, tilt_y, phase, offset_x, offset_y, offset_z as far as they are unknown.
   std::vector<Estimate> estimates;
   Eigen::MatrixXd covariance;       ///< of the estimates in their order
   double degrees_of_freedom = 0.0;  ///< of the intervals
@@ -73,12 +86,13 @@ struct InstantaneousFit {
 
 /// Coefficients, run-out and phase from the forces over whole revolutions.
 ///
-/// Given run-out and phase the forces are linear in the coefficients, so these are eliminated
-/// (variable projection, [golub1973]; steps as [kaufman1975] simplified them) and the search runs
-/// over run-out and phase alone, from several starts. Standard errors come from the scatter between
-/// groups of revolutions, which sees every correlation within them: of neighbouring angles after a
-/// filter, of the components, of vibration. A misfit beyond that scatter widens them as
-/// if it were noise with the correlation of the residuals.
+/// Given run-out, phase and exponents the forces are linear in the coefficients, so these are
+/// eliminated (variable projection, [golub1973]; steps as [kaufman1975] simplified them) and the
+/// search runs over run-out, phase and exponents alone, from several starts. A component of a power
+/// or log law that would be negative is left out and said so. Standard errors come from the scatter
+/// between groups of revolutions, which sees every correlation within them: of neighbouring angles
+/// after a filter, of the components, of vibration. A misfit beyond that scatter widens them as if
+/// it were noise with the correlation of the residuals.
 ///
 /// Throws InvalidInput when there are fewer values than unknowns or forces are not finite.
 InstantaneousFit fit_instantaneous(const RevolutionForces& forces, const cutting::Cutter& cutter,

@@ -100,6 +100,74 @@ TEST(InstantaneousFit, FindsCoefficientsRunOutAndPhaseOfCleanForces) {
   EXPECT_LT(fit.residual_rms.norm(), 1e-5);
 }
 
+TEST(InstantaneousFit, FindsPowerAndLogLawsWithTheirExponents) {
+  struct Case {
+    std::vector<UnitForce> units;
+    Eigen::VectorXd truth;  // factors and edges, then exponents; SI
+  };
+  const std::vector<Case> cases = {
+      {power_law_units(false), Eigen::VectorXd{{20e3, 14e3, 5e3, 0.5, 0.4, 0.6}}},
+      {power_law_units(true), Eigen::VectorXd{{40e3, 2e3, 25e3, 3e3, 9e3, 0.5e3, 0.8, 0.7, 0.9}}},
+      // [plaskos2006] Table 2.6, along the fibres.
+      {log_law_units(), Eigen::VectorXd{{0.42083, 0.62379, -0.19495, 0.58122, -0.06584, 0.43160,
+                                         -0.20553, 0.61971, -0.07352}}}};
+  for (const Case& one : cases) {
+    const auto exponents = static_cast<Eigen::Index>(exponents_of(one.units));
+    const auto count = static_cast<Eigen::Index>(one.units.size());
+    Eigen::VectorXd factors = one.truth.head(count);
+    if (one.units.front().kind == UnitForce::Kind::log) {
+      for (double& factor : factors) factor = 1e3 * std::pow(10.0, factor);  // N/m
+    }
+    RevolutionForces forces{angles(48), {}, {}};
+    forces.mean = (EdgeColumns(cutter(), kCondition, kHalf, one.units)
+                       .at(forces.angle, kPhase, kRunOut, one.truth.tail(exponents)) *
+                   factors)
+                      .eval()
+                      .reshaped(48, 3);
+    InstantaneousOptions options;
+    options.units = one.units;
+    const InstantaneousFit fit = fit_instantaneous(forces, cutter(), kCondition, kHalf, options);
+    for (Eigen::Index i = 0; i < one.truth.size(); ++i) {
+      // What the iteration's stopping rule leaves in the flattest direction.
+      EXPECT_NEAR(fit.estimates[static_cast<std::size_t>(i)].value, one.truth[i],
+                  1e-3 * std::abs(one.truth[i]))
+          << fit.estimates[static_cast<std::size_t>(i)].name;
+    }
+    EXPECT_NEAR(fit.run_out.offset, kRunOut.offset, 1e-8);
+    // The law made of it gives the forces of the cutting room, whose own panels stop at no
+    // lift-off.
+    const cutting::CuttingLaw law = law_of(fit.units, one.truth);
+    cutting::Cutter turned = cutter();
+    const auto turn = cutting::revolution(turned, law, kCondition, kHalf, 48);
+    const Eigen::VectorXd mine = EdgeColumns(turned, kCondition, kHalf, one.units)
+                                     .at(turn.angle, 0.0, {}, one.truth.tail(exponents)) *
+                                 factors;
+    double largest = 0.0;
+    for (const cutting::Load& load : turn.loads) largest = std::max(largest, load.force.norm());
+    for (Eigen::Index k = 0; k < 48; ++k) {
+      const Eigen::Vector3d here(mine[k], mine[48 + k], mine[96 + k]);
+      // Both end their panels at entry, where the slope of h^n is infinite.
+      EXPECT_LT((here - turn.loads[static_cast<std::size_t>(k)].force).norm(), 3e-3 * largest);
+    }
+  }
+}
+
+TEST(InstantaneousFit, HoldsAComponentAtZeroThatALawCannotHave) {
+  Eigen::VectorXd truth = Eigen::VectorXd::Zero(6);
+  truth << 60e6, 45e6, 12e6, 4e3, 6e3, 1e3;  // axial away from the tip: lateral is negative
+  RevolutionForces forces{angles(48), {}, {}};
+  forces.mean = (EdgeColumns(cutter(), kCondition, kHalf, linear_law_units())
+                     .at(forces.angle, kPhase, kRunOut) *
+                 truth)
+                    .eval()
+                    .reshaped(48, 3);
+  InstantaneousOptions options;
+  options.units = power_law_units(false);
+  const InstantaneousFit fit = fit_instantaneous(forces, cutter(), kCondition, kHalf, options);
+  EXPECT_EQ(fit.units.size(), 2U);
+  EXPECT_THAT(fit.verdict, testing::Contains(HasSubstr("lateral force would be negative")));
+}
+
 /// `count` revolutions with noise that goes together at neighbouring angles.
 RevolutionForces noisy(const Eigen::VectorXd& truth, int count, double noise, std::uint64_t seed) {
   const auto steps = static_cast<int>(truth.size() / 3);

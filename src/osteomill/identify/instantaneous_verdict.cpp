@@ -10,8 +10,14 @@ namespace osteomill::identify {
 std::vector<std::string> verdict_of(const InstantaneousFit& fit, double confidence) {
   std::vector<std::string> verdict;
   std::string open;
+  std::string held;
   for (const Estimate& one : fit.estimates) {
-    if (!one.determined) open += (open.empty() ? "" : ", ") + one.name;
+    std::string& names = one.at_limit ? held : open;
+    if (!one.determined) names += (names.empty() ? "" : ", ") + one.name;
+  }
+  if (!held.empty()) {
+    verdict.push_back(
+        fmt::format("{} stands at the end of what the law may be: the data would go beyond", held));
   }
   if (!open.empty()) {
     verdict.push_back(
@@ -20,7 +26,9 @@ std::vector<std::string> verdict_of(const InstantaneousFit& fit, double confiden
   for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
     const Estimate& one = fit.estimates[i];
     if (!one.determined) continue;
-    if (one.name.front() == 'K' && one.low < 0.0 && one.high > 0.0) {
+    // Pressures and edge forces; the numbers of a log law may be of either sign.
+    const bool force = one.name[2] == 'c' || one.name[2] == 'e';
+    if (force && one.low < 0.0 && one.high > 0.0) {
       verdict.push_back(fmt::format(
           "{} cannot be told from zero at {:g} %: its standard error is "
           "{:.0f} % of it",

@@ -50,6 +50,9 @@ struct Coefficient {
   bool at_bound = false;
   /// Whether the standard error is at most half the value.
   bool determined = false;
+  /// What run-out that nobody measured may change the value by, SI: see run_out_knowledge.hpp.
+  double shift_low = 0.0;
+  double shift_high = 0.0;
 };
 
 /// A combination of coefficients that the forces hardly feel: a singular vector of the design

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 
 namespace osteomill::identify {
@@ -186,6 +187,92 @@ void say_range(const std::vector<Experiment>& experiments, Verdict& verdict) {
       range(chips.low / units::um, chips.high / units::um), slots ? ", slots only" : ""));
 }
 
+/// A change of each coefficient that is worth a word, against its value.
+std::vector<std::string> shifts_of(const MeanForceFit& fit) {
+  std::vector<std::string> shifts;
+  for (const Coefficient& one : fit.coefficients) {
+    const double larger = one.shift_high > -one.shift_low ? one.shift_high : one.shift_low;
+    if (std::abs(larger) < 0.01 * std::abs(one.value) || one.value == 0.0) continue;
+    const double share = 100.0 * larger / std::abs(one.value);
+    const double factor = factor_of(one.dimension);
+    if (std::abs(share) <= 100.0 && one.dimension != Dimension::number) {
+      shifts.push_back(fmt::format("{} by {:+.2g} %", one.name, share));
+    } else {
+      shifts.push_back(fmt::format("{} by {:+.2g}{}", one.name, larger / factor,
+                                   one.dimension == Dimension::number
+                                       ? std::string()
+                                       : std::string(" ") + unit_of(one.dimension)));
+    }
+  }
+  return shifts;
+}
+
+void say_unknown_run_out(const MeanForceFit& fit, const RunOutKnowledge& known, Verdict& verdict) {
+  const std::vector<std::string> shifts = shifts_of(fit);
+  std::string text =
+      "The run-out of the cutter is not known: the coefficients hold only for a cutter that runs "
+      "true. ";
+  const double offset = known.bound > 0.0 ? known.bound : kReferenceRunOut;
+  if (shifts.empty()) {
+    text += fmt::format("Run-out of {:.3g} um would change none of them by more than 1 %",
+                        offset / units::um);
+  } else {
+    text += fmt::format("Run-out of {:.3g} um would change {}", offset / units::um,
+                        fmt::join(shifts, ", "));
+  }
+  text += known.bound > 0.0
+              ? "; the intervals, not the standard errors, hold that."
+              : ". Give records, whose revolutions tell it, or state run_out.bound_um, which goes "
+                "into the intervals.";
+  verdict.push_back(text);
+}
+
+/// What the coefficients owe to run-out.
+void say_run_out(const std::vector<Experiment>& experiments, const MeanForceFit& fit,
+                 const SelectionOptions& options, Verdict& verdict) {
+  const RunOutKnowledge& known = options.run_out;
+  if (known.source == RunOutSource::unknown) {
+    const bool several = std::any_of(experiments.begin(), experiments.end(),
+                                     [](const Experiment& one) { return one.cutter.flutes > 1; });
+    if (several) say_unknown_run_out(fit, known, verdict);
+    return;
+  }
+  if (known.offset <= 0.0) return;
+  std::string text = fmt::format("Run-out of {:.3g}", known.offset / units::um);
+  if (known.standard_error > 0.0) {
+    text += fmt::format(" ± {:.2g}", known.standard_error / units::um);
+  }
+  text += " um";
+  if (known.source == RunOutSource::stated) {
+    text += known.standard_error > 0.0 ? ", as stated," : ", as stated and taken as exact,";
+  } else if (known.one_clamping) {
+    text += ", one for all cuts, from the revolutions of their records,";
+  } else {
+    text +=
+        ", from the revolutions of each record (they differ by more than their errors: the "
+        "cutter was not in one clamping, or the bone not one),";
+  }
+  text += " is in the forces and, with its error, in the standard errors";
+  std::vector<std::string> without;
+  try {
+    const MeanForceFit true_running = without_run_out(experiments, fit.model, options.fit);
+    for (std::size_t i = 0; i < fit.coefficients.size(); ++i) {
+      const Coefficient& one = fit.coefficients[i];
+      const double change = true_running.coefficients[i].value - one.value;
+      if (one.dimension == Dimension::number || one.value == 0.0) continue;
+      if (std::abs(change) < 0.01 * std::abs(one.value)) continue;
+      without.push_back(
+          fmt::format("{} by {:+.2g} %", one.name, 100.0 * change / std::abs(one.value)));
+    }
+  } catch (const InvalidInput&) {
+    // A bound may leave no such fit; then there is nothing to compare with.
+  }
+  if (!without.empty()) {
+    text += fmt::format("; a fit that does not know of it changes {}", fmt::join(without, ", "));
+  }
+  verdict.push_back(text + ".");
+}
+
 /// The reference of the options, or the published cubic where it took part.
 std::optional<Candidate> reference_of(const std::vector<Experiment>& experiments,
                                       const MeanForceIdentification& result,
@@ -240,16 +327,23 @@ MeanForceIdentification identify_mean_forces(const std::vector<Experiment>& expe
   for (std::size_t i = 0; i < result.candidates.size(); ++i) {
     if (result.candidates[i].chosen) result.chosen = i;
   }
-  const MeanForceFit& fit = *result.best().fit;
+  result.run_out = options.run_out;
+  Candidate& chosen = result.candidates[result.chosen];
+  allow_for_run_out(experiments, options.fit, options.run_out, *chosen.fit);
+  const MeanForceFit& fit = *chosen.fit;
   result.axes = check_axes(experiments);
   result.suggested = suggest_experiments(experiments, fit);
   say_ranking(result, options.rank_by, result.verdict);
   say_coefficients(result.best(), "", result.verdict);
+  say_run_out(experiments, fit, options, result.verdict);
   say_signs(fit, largest_kappa(experiments), result.verdict);
   say_influence(experiments, fit, result.verdict);
   say_suggestions(result.suggested, fit, result.verdict);
   say_range(experiments, result.verdict);
   result.reference = reference_of(experiments, result, options);
+  if (result.reference && result.reference->fit) {
+    allow_for_run_out(experiments, options.fit, options.run_out, *result.reference->fit);
+  }
   if (result.reference) say_reference(*result.reference, result.best(), result.verdict);
   say_axes(result.axes, result.warnings);
   return result;

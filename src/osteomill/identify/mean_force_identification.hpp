@@ -19,6 +19,7 @@ struct MeanForceIdentification {
                                        ///< not chosen, the cubic of [tian2023]
   AxesCheck axes;
   std::vector<SuggestedExperiment> suggested;
+  RunOutKnowledge run_out;  ///< that the fits allow for
   /// What the data determine and what not, which cuts stand out, which would help; a sentence each.
   std::vector<std::string> verdict;
   std::vector<std::string> warnings;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "osteomill/identify/cross_validation.hpp"
+#include "osteomill/identify/run_out_knowledge.hpp"
 
 namespace osteomill::identify {
 
@@ -36,6 +37,7 @@ struct SelectionOptions {
   int largest_edge_order = 3;
   /// A model that is judged in words beside the chosen one, ranked or not.
   std::optional<ForceModel> reference = {};
+  RunOutKnowledge run_out = {};  ///< that the experiments were made with
 };
 
 /// The models that are worth trying on these experiments: on cutters whose kappa varies

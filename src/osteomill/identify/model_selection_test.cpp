@@ -53,7 +53,7 @@ TEST(ModelSelection, TellsPowerFromLinearWhenTheForcesDo) {
 
 TEST(ModelSelection, RankingDoesNotDependOnOrderOfCutsOrModelsNorOnTheSizeOfForces) {
   std::vector<Experiment> cuts = plan(ball());
-  measure(cuts, law_of({}, bone()), 0.5, 21);
+  measure(cuts, law_of(ForceModel{}, bone()), 0.5, 21);
   const SelectionOptions options{.fit = {}, .largest_shear_order = 2, .largest_edge_order = 1};
   std::vector<ForceModel> models;
   for (const ForceModel& model : models_to_try(cuts, options)) {
@@ -76,7 +76,7 @@ TEST(ModelSelection, NamesAsTiesWhatTheDataDoNotTellApart) {
   std::vector<Experiment> cuts = plan(end_mill());
   Eigen::VectorXd values = bone();
   values(3) = values(4) = values(5) = 0.0;
-  measure(cuts, law_of({}, values), 1.0, 3);
+  measure(cuts, law_of(ForceModel{}, values), 1.0, 3);
   const auto all = rank_models(cuts, {{}, {.shear_order = 0, .edge_order = -1}}, {});
   EXPECT_EQ(chosen(all).name, "linear without edge force");
   for (const Candidate& one : all) {
@@ -89,7 +89,7 @@ TEST(ModelSelection, NamesAsTiesWhatTheDataDoNotTellApart) {
 TEST(ModelSelection, SaysWhyAModelIsNotRankedAndFailsOnlyWhenNoneIs) {
   std::vector<Experiment> cuts = {cut(end_mill(), 1.0, 0.01), cut(end_mill(), 1.0, 0.02),
                                   cut(end_mill(), 2.0, 0.03)};
-  measure(cuts, law_of({}, bone()), 0.1, 3);
+  measure(cuts, law_of(ForceModel{}, bone()), 0.1, 3);
   const auto all = rank_models(cuts, {{.form = LawForm::log}, {}}, {});
   EXPECT_EQ(all.front().name, "linear");
   EXPECT_THAT(all.back().not_ranked, testing::HasSubstr("must give more than the 9 unknowns"));

@@ -114,33 +114,6 @@ std::vector<double> filter_gains(const Butterworth& filter, double rate, double 
   return gains;
 }
 
-geometry::Vector3 baseline_deviation(const ProcessedRecord& processed, BaselineKind kind) {
-  geometry::Vector3 deviation = geometry::Vector3::Zero();
-  if (kind == BaselineKind::none || processed.segments.idle.empty()) return deviation;
-  const std::vector<Segment>& idle = processed.segments.idle;
-  for (Index axis = 0; axis < 3; ++axis) {
-    const auto error_of = [&](const Segment& part) {
-      return plateau_mean(processed.record.force.col(axis).segment(part.begin, part.size()),
-                          processed.record.rate, 0.0)
-          .standard_error;
-    };
-    if (kind == BaselineKind::drift) {
-      // The middle of a straight line has half of each end's error.
-      deviation[axis] = 0.5 * std::hypot(error_of(idle.front()), error_of(idle.back()));
-      continue;
-    }
-    double sum = 0.0;
-    double samples = 0.0;
-    for (const Segment& part : idle) {
-      const auto size = static_cast<double>(part.size());
-      sum += std::pow(size * error_of(part), 2);
-      samples += size;
-    }
-    deviation[axis] = std::sqrt(sum) / samples;
-  }
-  return deviation;
-}
-
 InstantaneousFit fit_processed(const ProcessedRecord& processed, const SignalChain& chain,
                                const cutting::Cutter& cutter, const cutting::Condition& condition,
                                const cutting::Immersion& immersion, InstantaneousOptions options) {

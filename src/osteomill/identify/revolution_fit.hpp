@@ -23,11 +23,6 @@ RevolutionForces gather_revolutions(const Eigen::MatrixX3d& force, const Rotatio
 std::vector<double> filter_gains(const Butterworth& filter, double rate, double spindle_speed,
                                  double least = 1e-4);
 
-/// Standard deviation of what the baseline leaves in each component on the plateau: the errors of
-/// the means of the idle parts that it was drawn through; zero when no baseline was taken. Noise of
-/// the idle parts is taken to be that of the cut.
-geometry::Vector3 baseline_deviation(const ProcessedRecord& processed, BaselineKind kind);
-
 /// The instantaneous method on the plateau of a processed record: gathers its revolutions, treats
 /// the model by the chain's filter, and lets each component have the constant that the baseline may
 /// have left. `options.harmonic_gains` and `options.offset_deviation` are worked out here.

@@ -198,4 +198,40 @@ ProcessedRecord process(const ForceRecord& record, const CutOfRecord& cut,
   return out;
 }
 
+geometry::Vector3 baseline_deviation(const ProcessedRecord& processed, BaselineKind kind) {
+  geometry::Vector3 deviation = geometry::Vector3::Zero();
+  if (kind == BaselineKind::none || processed.segments.idle.empty()) return deviation;
+  const std::vector<Segment>& idle = processed.segments.idle;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto error_of = [&](const Segment& part) {
+      return plateau_mean(processed.record.force.col(axis).segment(part.begin, part.size()),
+                          processed.record.rate, 0.0)
+          .standard_error;
+    };
+    if (kind == BaselineKind::drift) {
+      // The middle of a straight line has half of each end's error.
+      deviation[axis] = 0.5 * std::hypot(error_of(idle.front()), error_of(idle.back()));
+      continue;
+    }
+    double sum = 0.0;
+    double samples = 0.0;
+    for (const Segment& part : idle) {
+      const auto size = static_cast<double>(part.size());
+      sum += std::pow(size * error_of(part), 2);
+      samples += size;
+    }
+    deviation[axis] = std::sqrt(sum) / samples;
+  }
+  return deviation;
+}
+
+void take_means(const ProcessedRecord& processed, BaselineKind kind, Experiment& experiment) {
+  const geometry::Vector3 baseline = baseline_deviation(processed, kind);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const PlateauMean& mean = processed.mean[static_cast<std::size_t>(axis)];
+    experiment.mean_force[axis] = mean.mean;
+    experiment.standard_error[axis] = std::hypot(mean.standard_error, baseline[axis]);
+  }
+}
+
 }  // namespace osteomill::identify

@@ -9,6 +9,7 @@
 #include "osteomill/identify/baseline.hpp"
 #include "osteomill/identify/dynamometer.hpp"
 #include "osteomill/identify/envelope.hpp"
+#include "osteomill/identify/experiment.hpp"
 #include "osteomill/identify/filter.hpp"
 #include "osteomill/identify/force_record.hpp"
 #include "osteomill/identify/plateau_mean.hpp"
@@ -78,5 +79,14 @@ struct ProcessedRecord {
 /// Runs the chain. Throws InvalidInput where a step cannot be done on this record, and names it.
 ProcessedRecord process(const ForceRecord& record, const CutOfRecord& cut,
                         const SignalChain& chain);
+
+/// Standard deviation of what the baseline leaves in each component on the plateau: the errors of
+/// the means of the idle parts that it was drawn through; zero when no baseline was taken. Noise of
+/// the idle parts is taken to be that of the cut.
+geometry::Vector3 baseline_deviation(const ProcessedRecord& processed, BaselineKind kind);
+
+/// The mean forces of the plateau with their standard errors: of the mean along the cut and of the
+/// baseline that was taken away.
+void take_means(const ProcessedRecord& processed, BaselineKind kind, Experiment& experiment);
 
 }  // namespace osteomill::identify

@@ -99,11 +99,7 @@ void take_record(const TestRow& row, const ExperimentsCase& from,
   out.notes.insert(out.notes.end(), done.steps.begin(), done.steps.end());
   for (const std::string& warning : done.warnings)
     out.warnings.push_back(fmt::format("{}: {}", row.name, warning));
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const identify::PlateauMean& mean = done.mean[static_cast<std::size_t>(axis)];
-    out.experiment.mean_force[axis] = mean.mean;
-    out.experiment.standard_error[axis] = mean.standard_error;
-  }
+  identify::take_means(done, chain.baseline, out.experiment);
   if (seen) seen(loaded.record, out);
 }
 

@@ -241,18 +241,33 @@ TEST_F(ForceRecordFile, ReadsMatlab5And73) {
   }
 }
 
-std::string dynoware(int samples, const char* units = "s\tN\tN\tN") {
+/// The header that DynoWare 3.2.5.0 writes, line by line; a public file has it (docs/guide). One
+/// more channel than the forces, of another sensor.
+std::string dynoware(int samples, bool decimal_comma = false) {
+  const auto cells = [](int, std::vector<std::string>& row) { row.push_back("0.013079"); };
   std::string text = fmt::format(
-      "Kistler DynoWare\nFile name:\tslot_03.dwd\nSampling rate [Hz]:\t2000.000000\nMeasuring time "
-      "[s]:\t{:.6f}\nCycle No.:\t1\n\nTime\tFx\tFy\tFz\n{}\n",
-      samples / kRate, units);
-  return text + rows('\t');
+      "DynoWare\tVersion 3.2.5.0\nPath:\tC:\\Kistler\\Dynoware\\Data\\\nFilename:\tslot_03.dwd\n"
+      "Config ID:\tslot.cfg\nSetup ID:\t0\nManipulated:\t0\nFilename 1:\t\nFilename 2:\t\n"
+      "Date:\tTuesday, January 15, 2019\nTime:\t16:57:15\nSampling rate [Hz]:\t2000\n"
+      "Measuring time [s]:\t{:g}\nDelay time [s]:\t0\nCycle time [s]:\t0\nCycles:\t1\n"
+      "Samples per channel:\t{}\nCycle interval:\t0\nCycle No:\t1\nTime\tFx\tFy\tFz\tAFx\n"
+      "s\tN\tN\tN\tg\n",
+      samples / kRate, samples + 1);
+  text += rows('\t', false, cells);
+  if (decimal_comma) {
+    // All numbers of the file, as Windows in a language with decimal commas writes them.
+    const std::size_t begin = text.find("Sampling rate");
+    std::replace(text.begin() + static_cast<std::ptrdiff_t>(begin), text.end(), '.', ',');
+  }
+  return text;
 }
 
 TEST_F(ForceRecordFile, ReadsDynoWare) {
-  const LoadedRecord loaded = read_force_record(put("r.txt", dynoware(kSamples)));
-  expect_forces(loaded);
-  EXPECT_THAT(loaded.notes[0], HasSubstr("DynoWare text, separated by tabs, 200 samples"));
+  for (const bool decimal_comma : {false, true}) {
+    const LoadedRecord loaded = read_force_record(put("r.txt", dynoware(kSamples, decimal_comma)));
+    expect_forces(loaded);
+    EXPECT_THAT(loaded.notes[0], HasSubstr("DynoWare text, separated by tabs, 200 samples"));
+  }
 }
 
 TEST_F(ForceRecordFile, BridgesShortGapsWhereThatIsAskedFor) {
@@ -370,9 +385,14 @@ TEST_F(ForceRecordFile, NamesWhatIsWrong) {
             {},
             "the samples end after 0.1000 s: the file is cut off"},
            {"two cycles in one file",
-            dynoware(kSamples) + "Cycle No.:\t2\n" + rows('\t'),
+            dynoware(kSamples) + "Cycle No:\t2\n" + rows('\t'),
             {},
             "must be a number"},
+           {"decimal commas between commas",
+            "DynoWare,Version 3.2.5.0\nSampling rate [Hz]:,2000\nTime,Fx,Fy,Fz\ns,N,N,N\n" +
+                rows(',', true),
+            {},
+            "commas seem to be both decimal and between the columns"},
            {"no numbers", "a,b,c\nd,e,f\n", {}, "holds no two lines of three or more numbers"},
            {"nothing", "", {}, "holds no two lines"},
        }) {

@@ -188,6 +188,10 @@ std::string_view bare(std::string_view cell) {
 bool is_unit(std::string_view cell) {
   const std::string_view unit = bare(cell);
   if (unit.empty() || unit == "-" || unit == "1") return true;
+  // Of other sensors on the same amplifier.
+  for (const std::string_view other : {"g", "m/s2", "m/s^2", "%", "um", "mm", "C", "Pa", "bar"}) {
+    if (unit == other) return true;
+  }
   for (const UnitKind kind :
        {UnitKind::force, UnitKind::time, UnitKind::moment, UnitKind::angle, UnitKind::voltage}) {
     if (unit_factor(kind, unit)) return true;
@@ -222,6 +226,23 @@ void name_columns(const Layout& layout, RecordTable& table) {
   }
 }
 
+/// Commas that separate and decimal commas in one line cannot be told apart: there are more numbers
+/// than names, at most twice as many.
+void refuse_two_kinds_of_commas(const Layout& layout, const std::string& name) {
+  if (layout.separator != ',') return;
+  for (auto line = layout.header.rbegin(); line != layout.header.rend(); ++line) {
+    if (trim(*line).empty()) continue;
+    const std::size_t names = split(*line, ',').size();
+    if (names == layout.columns) return;
+    if (names >= kFewest && names < layout.columns && layout.columns <= 2 * names) {
+      throw InvalidInput({name, fmt::format("{} numbers below {} names", layout.columns, names),
+                          "commas seem to be both decimal and between the columns",
+                          "export again with tabs or semicolons, or with decimal points"});
+    }
+    return;
+  }
+}
+
 }  // namespace
 
 RecordTable parse_text_record(std::string_view text, const std::string& name,
@@ -239,6 +260,7 @@ RecordTable parse_text_record(std::string_view text, const std::string& name,
   name_columns(layout, table);
   table.dynoware = table.dynoware || format.kind == RecordKind::dynoware;
 
+  refuse_two_kinds_of_commas(layout, name);
   text.remove_prefix(layout.begin);
   const auto most = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1;
   Eigen::MatrixXd values(static_cast<Eigen::Index>(most),

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <optional>
 
+#include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/cutting_section.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/io/signal_export.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -45,6 +47,7 @@ struct Keys {
   std::vector<ModelKeys> compare;
   std::vector<BoundKeys> bounds;
   SelectionOptions options;
+  RunOutCase run_out;
   bone::Provenance provenance{.obtained = bone::Obtained::measured,
                               .source = {},
                               .specimen = {},
@@ -172,6 +175,23 @@ void bind(Section& section, Keys& keys) {
              "fibres from the feed towards +y", kOptional);
   });
   bind_model(section, keys);
+  section.table("run_out", "what is known of the cutter's run-out in mean forces", kOptional,
+                [&](Section& s) {
+                  s.choice<RunOutFrom>("from", keys.run_out.from,
+                                       {{"auto", RunOutFrom::automatic},
+                                        {"cutter", RunOutFrom::cutter},
+                                        {"records", RunOutFrom::records}},
+                                       "auto: [cutter] where it states one, else the revolutions "
+                                       "of the records",
+                                       kOptional);
+                  s.number("standard_error_um", keys.run_out.standard_error, {units::um, "um"},
+                           between(0.0, 500.0), "of each component of what [cutter] states",
+                           kOptional);
+                  s.number("bound_um", keys.run_out.bound, {units::um, "um"}, between(0.0, 500.0),
+                           "the largest it may be where nobody measured it: goes into the "
+                           "intervals",
+                           kOptional);
+                });
   section.table("result", "what the catalogue entry says of itself", kOptional, [&](Section& s) {
     s.text("source", keys.provenance.source, "laboratory, or key of the bibliography", kOptional);
     s.text("specimen", keys.provenance.specimen, "which bone of which animal", kOptional);
@@ -204,11 +224,44 @@ std::vector<Bound> bounds_of(const Keys& keys, const std::vector<ForceModel>& mo
   return bounds;
 }
 
+/// The law that revolutions are fitted with: that of the case where it has one, otherwise the
+/// linear one.
+std::vector<UnitForce> units_of(const IdentifyCase& input) {
+  const ForceModel model = input.models.size() == 1 ? input.models.front() : ForceModel{};
+  if (model.directional) {
+    if (input.method != IdentifyMethod::instantaneous) return linear_law_units();
+    throw InvalidInput(Fault{"model.directional", "true",
+                             "is not known to the instantaneous method",
+                             "set method = \"mean-forces\", or directional = false"});
+  }
+  if (model.form == LawForm::power) return power_law_units(model.edge_force);
+  if (model.form == LawForm::log) return log_law_units();
+  if (model.form == LawForm::polynomial) {
+    return polynomial_law_units(model.shear_order, model.edge_order);
+  }
+  std::vector<UnitForce> units = linear_law_units();
+  std::erase_if(units, [&](const UnitForce& unit) {
+    const bool shear = unit.kind == UnitForce::Kind::shear;
+    return shear ? model.shear_order < 0 : model.edge_order < 0;
+  });
+  return units;
+}
+
 }  // namespace
 
 void bind_identify(Section& section) {
   Keys keys;
   bind(section, keys);
+}
+
+SignalsFile record_signals(const IdentifyCase& input) {
+  SignalsFile out;
+  load_experiments(
+      input.source, input.defaults, [&](const ForceRecord& raw, const LoadedExperiment& one) {
+        const CutOfRecord cut{one.experiment.condition.spindle_speed, one.experiment.cutter.flutes};
+        out.runs.push_back(signals_of(raw, *one.processed, input.chain, cut, one.experiment.name));
+      });
+  return out;
 }
 
 IdentifyCase read_identify_case(const CaseRun& run) {
@@ -223,6 +276,8 @@ IdentifyCase read_identify_case(const CaseRun& run) {
     result.signal_figures =
         figures_of(raw, *one.processed, one.experiment.cutter.flutes, one.experiment.name);
   };
+  result.source = keys.experiments;
+  result.defaults = keys.cut;
   result.loaded = load_experiments(keys.experiments, keys.cut, seen);
   for (const LoadedExperiment& one : result.loaded) result.experiments.push_back(one.experiment);
   result.chain = keys.experiments.signals.chain;
@@ -238,6 +293,8 @@ IdentifyCase read_identify_case(const CaseRun& run) {
     result.models = models_to_try(result.experiments, keys.options);
   }
   result.options.fit.bounds = bounds_of(keys, result.models);
+  result.run_out = keys.run_out;
+  result.units = units_of(result);
   return result;
 }
 

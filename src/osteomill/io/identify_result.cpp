@@ -2,13 +2,14 @@
 #include "osteomill/io/identify_result.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/milling_force.hpp"
+#include "osteomill/io/instantaneous_case.hpp"
+#include "osteomill/io/law_entry.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -47,6 +48,7 @@ Json coefficients_json(const MeanForceFit& fit) {
                     {"unit", unit_of(one.dimension)},
                     {"standard_error", one.standard_error / factor},
                     {"interval", {one.low / factor, one.high / factor}},
+                    {"run_out_shift", {one.shift_low / factor, one.shift_high / factor}},
                     {"determined", one.determined},
                     {"at_bound", one.at_bound}});
   }
@@ -104,72 +106,6 @@ Json experiments_json(const std::vector<Experiment>& experiments, const MeanForc
   return list;
 }
 
-std::string quoted(const std::string& text) { return Json(text).dump(); }
-
-/// A TOML number: shortest text that reads back as the same double; whole ones with a point.
-std::string exact(double value) {
-  const std::string text = fmt::format("{}", value);
-  return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
-}
-
-std::string exact_list(const std::vector<double>& values) {
-  std::vector<std::string> texts;
-  for (const double value : values) texts.push_back(exact(value));
-  return fmt::format("[{}]", fmt::join(texts, ", "));
-}
-
-std::string polynomial_toml(const MeanForceFit& fit) {
-  std::string text;
-  const auto part = [&](const char* table, int order, Eigen::Index first, double factor) {
-    if (order < 0) return;
-    constexpr std::array<const char*, 3> kNames = {"tangential", "radial", "axial"};
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      std::vector<double> values;
-      for (int k = 0; k <= order; ++k) values.push_back(fit.values(first + 3 * k + c) / factor);
-      text += fmt::format("{}.{} = {}\n", table, kNames[static_cast<std::size_t>(c)],
-                          exact_list(values));
-    }
-  };
-  part("shear", fit.model.shear_order, 0, units::n_per_mm2);
-  // The catalogue asks for pressures; without them they are nought.
-  if (fit.model.shear_order < 0) text += "shear.tangential = [0.0]\nshear.radial = [0.0]\n";
-  part("edge", fit.model.edge_order, 3 * (fit.model.shear_order + 1), units::n_per_mm);
-  return text;
-}
-
-std::string keys_of(const cutting::EdgeForce& law) {
-  if (const auto* log = std::get_if<cutting::LogLaw>(&law)) {
-    return fmt::format("{{ k1 = {}, k2 = {}, k3 = {} }}", exact(log->k1), exact(log->k2),
-                       exact(log->k3));
-  }
-  if (const auto* power = std::get_if<cutting::PowerLaw>(&law)) {
-    return fmt::format("{{ k = {}, n = {}, edge = {} }}", exact(power->at_1_mm / units::n_per_mm),
-                       exact(power->exponent), exact(power->edge / units::n_per_mm));
-  }
-  const auto& linear = std::get<cutting::LinearLaw>(law);
-  return fmt::format("{{ k = {}, edge = {} }}", exact(linear.pressure / units::n_per_mm2),
-                     exact(linear.edge / units::n_per_mm));
-}
-
-std::string component_toml(const char* name, const cutting::DirectionalLaw& law,
-                           double inclination) {
-  std::string text = fmt::format("\n[{}]\n", name);
-  if (law.at_90) {
-    text += fmt::format("at_0_deg = {}\nat_90_deg = {}\n", keys_of(law.at_0), keys_of(*law.at_90));
-  } else {
-    text += fmt::format("any_deg = {}\n", keys_of(law.at_0));
-  }
-  if (inclination != 0.0)
-    text += fmt::format("inclination_deg = {}\n", exact(inclination / units::deg));
-  return text;
-}
-
-/// Two ends of a range a little apart when all experiments have the same value.
-std::vector<double> ends(double low, double high) {
-  if (high > low * (1.0 + 1e-6)) return {low, high};
-  return {low * (1.0 - 1e-3), high * (1.0 + 1e-3)};
-}
-
 std::string condition_of(const IdentifyCase& input) {
   double speed = 0.0, low = 1e300, high = 0.0;
   for (const Experiment& one : input.experiments) {
@@ -181,6 +117,36 @@ std::string condition_of(const IdentifyCase& input) {
                      input.provenance.condition.empty() ? "" : input.provenance.condition + "; ",
                      input.experiments.size(), low / units::mm, high / units::mm,
                      speed / units::rpm, 2.0 * input.experiments.front().cutter.radius / units::mm);
+}
+
+Json run_out_json(const RunOutKnowledge& known) {
+  static constexpr const char* kSources[] = {"unknown", "stated", "records"};
+  return {{"source", kSources[static_cast<int>(known.source)]},
+          {"offset_um", known.offset / units::um},
+          {"standard_error_um", known.standard_error / units::um},
+          {"one_clamping", known.one_clamping},
+          {"bound_um", known.bound / units::um}};
+}
+
+/// What an entry says of the cuts, whatever the method.
+LawEntry entry_of_cuts(const IdentifyCase& input) {
+  LawEntry entry;
+  double slow = 1e300, fast = 0.0;
+  bool one_rake = true;
+  const double rake = input.experiments.front().cutter.rake_angle;
+  for (const Experiment& one : input.experiments) {
+    slow = std::min(slow, one.condition.spindle_speed * one.cutter.radius);
+    fast = std::max(fast, one.condition.spindle_speed * one.cutter.radius);
+    one_rake = one_rake && one.cutter.rake_angle == rake;
+  }
+  if (fast > 0.0) entry.speed_range_m_per_s = ends_of(slow, fast);
+  if (one_rake) entry.rake_deg = {rake / units::deg};
+  entry.provenance = input.provenance;
+  entry.provenance.obtained = bone::Obtained::measured;
+  entry.provenance.source =
+      (input.provenance.source.empty() ? "" : input.provenance.source + ", ") + input.table;
+  entry.provenance.condition = condition_of(input);
+  return entry;
 }
 
 }  // namespace
@@ -220,80 +186,100 @@ Json identify_document(const IdentifyCase& input, const MeanForceIdentification&
                       {"misfit_best", result.axes.misfit_best},
                       {"suspicious", result.axes.suspicious}};
   if (result.axes.suspicious) document["axes"]["suggested"] = names_of(result.axes.best.front());
+  document["run_out"] = run_out_json(result.run_out);
   document["verdict"] = result.verdict;
   document["warnings"] = result.warnings;
   return document;
 }
 
+Json records_json(const std::vector<LoadedExperiment>& loaded) {
+  Json list = Json::array();
+  for (const LoadedExperiment& one : loaded) {
+    if (!one.processed) continue;
+    const ProcessedRecord& done = *one.processed;
+    const double rate = done.record.rate;
+    const double speed =
+        done.rotation ? done.rotation->spindle_speed : one.experiment.condition.spindle_speed;
+    const bool lines = done.rotation && one.experiment.cutter.flutes > 1;
+    list.push_back({{"name", one.experiment.name},
+                    {"file", one.record_file.filename().string()},
+                    {"rate_hz", rate},
+                    {"plateau_s",
+                     {static_cast<double>(done.segments.plateau.begin) / rate,
+                      static_cast<double>(done.segments.plateau.end) / rate}},
+                    {"spindle_speed_rpm", speed / units::rpm},
+                    {"run_out_ratio", lines ? Json(done.run_out_ratio) : Json()},
+                    {"mean_force_n", xyz(one.experiment.mean_force)},
+                    {"standard_error_n", xyz(one.experiment.standard_error)},
+                    {"steps", one.notes},
+                    {"warnings", one.warnings}});
+  }
+  return list;
+}
+
 std::string catalogue_entry_of(const IdentifyCase& input, const MeanForceIdentification& result) {
   const Candidate& chosen = result.best();
   const MeanForceFit& fit = *chosen.fit;
-  const double inclination = common_inclination(input.experiments);
-  const cutting::CuttingLaw law = law_of(fit.model, fit.values, {}, inclination);
-  const bool polynomial = std::holds_alternative<cutting::PolynomialLaw>(law.tangential.at_0);
   const cutting::ChipRange chips = chip_range(input.experiments);
-  double slow = 1e300, fast = 0.0;
-  bool one_rake = true;
-  const double rake = input.experiments.front().cutter.rake_angle;
-  for (const Experiment& one : input.experiments) {
-    slow = std::min(slow, one.condition.spindle_speed * one.cutter.radius);
-    fast = std::max(fast, one.condition.spindle_speed * one.cutter.radius);
-    one_rake = one_rake && one.cutter.rake_angle == rake;
-  }
-  std::string text =
-      fmt::format("# {} law, identified from mean forces by osteomill.\n", chosen.name);
-  text += fmt::format("law = \"{}\"\n", cutting::name_of(law.tangential.at_0));
-  text += fmt::format("orientation = \"{}\"\n", fit.model.directional ? "hankinson" : "none");
-  text += fmt::format("range_um = {}\n",
-                      exact_list(ends(chips.low / units::um, chips.high / units::um)));
-  if (fast > 0.0) text += fmt::format("speed_range_m_per_s = {}\n", exact_list(ends(slow, fast)));
-  if (one_rake) text += fmt::format("rake_deg = {}\n", exact(rake / units::deg));
-  if (polynomial) {
-    text += polynomial_toml(fit);
-  } else {
-    text += component_toml("tangential", law.tangential, 0.0);
-    text += component_toml("radial", law.radial, 0.0);
-    text += component_toml("lateral", *law.lateral, inclination);
-  }
   const auto loose = std::count_if(fit.coefficients.begin(), fit.coefficients.end(),
                                    [](const Coefficient& one) { return !one.determined; });
-  text += "\n[provenance]\nobtained = \"measured\"\n";
-  text +=
-      fmt::format("source = {}\n",
-                  quoted((input.provenance.source.empty() ? "" : input.provenance.source + ", ") +
-                         input.table));
-  text += fmt::format("specimen = {}\n", quoted(input.provenance.specimen));
-  text += fmt::format("condition = {}\n", quoted(condition_of(input)));
-  text +=
-      fmt::format("uncertainty = {}\n",
-                  quoted(fmt::format(
-                      "residual rms {:.3g}/{:.3g}/{:.3g} N (x/y/z), leave-one-out {:.3g} N; {} of "
-                      "{} coefficients have a standard error above half their value",
-                      fit.residual_rms.x(), fit.residual_rms.y(), fit.residual_rms.z(),
-                      chosen.leave_one->rms, loose, fit.coefficients.size())));
-  text += fmt::format("note = {}\n", quoted(input.provenance.note));
-  text += "\n[identification]\n";
-  std::vector<std::string> names, names_with_unit;
-  std::vector<double> values, errors;
+  LawEntry entry = entry_of_cuts(input);
+  entry.heading = fmt::format("{} law, identified from mean forces by osteomill.", chosen.name);
+  entry.law = law_of(fit.model, fit.values, {}, common_inclination(input.experiments));
+  entry.range_um = ends_of(chips.low / units::um, chips.high / units::um);
+  entry.provenance.uncertainty = fmt::format(
+      "residual rms {:.3g}/{:.3g}/{:.3g} N (x/y/z), leave-one-out {:.3g} N; {} of "
+      "{} coefficients have a standard error above half their value",
+      fit.residual_rms.x(), fit.residual_rms.y(), fit.residual_rms.z(), chosen.leave_one->rms,
+      loose, fit.coefficients.size());
+  entry.model = chosen.name;
+  entry.method = "mean forces";
   for (const Coefficient& one : fit.coefficients) {
-    names.push_back(quoted(one.name));
-    names_with_unit.push_back(quoted(unit_of(one.dimension)));
-    values.push_back(one.value / factor_of(one.dimension));
-    errors.push_back(one.standard_error / factor_of(one.dimension));
+    entry.coefficients.push_back({one.name, unit_of(one.dimension), factor_of(one.dimension),
+                                  one.value, one.standard_error});
   }
-  text += fmt::format("model = {}\nmethod = \"mean forces\"\n", quoted(chosen.name));
-  text += fmt::format("coefficients = [{}]\nunits = [{}]\n", fmt::join(names, ", "),
-                      fmt::join(names_with_unit, ", "));
-  text +=
-      fmt::format("values = {}\nstandard_errors = {}\n", exact_list(values), exact_list(errors));
-  text += "covariance = [\n";
-  for (const auto& row : covariance_of(fit)) text += fmt::format("  {},\n", exact_list(row));
-  text += "]\n";
-  text += fmt::format("degrees_of_freedom = {}\ncondition_number = {}\n",
-                      exact(fit.degrees_of_freedom), exact(fit.condition_number));
-  text += fmt::format("kappa_max_rad = {}\n", exact(largest_kappa(input.experiments)));
-  text += fmt::format("leave_one_out_rms_n = {}\n", exact(chosen.leave_one->rms));
-  return text;
+  entry.covariance = fit.covariance;
+  entry.degrees_of_freedom = fit.degrees_of_freedom;
+  entry.condition_number = fit.condition_number;
+  entry.further = {{"kappa_max_rad", largest_kappa(input.experiments)},
+                   {"leave_one_out_rms_n", chosen.leave_one->rms}};
+  return law_entry_text(entry);
+}
+
+std::string catalogue_entry_of(const IdentifyCase& input, const CombinedRecords& records) {
+  double largest = 0.0;
+  for (const Experiment& one : input.experiments) {
+    largest = std::max(largest, cutting::largest_chip(one.cutter, one.condition, one.immersion));
+  }
+  const auto count = static_cast<Eigen::Index>(records.coefficients.size());
+  Eigen::VectorXd values(count);
+  LawEntry entry = entry_of_cuts(input);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Estimate& one = records.coefficients[static_cast<std::size_t>(i)];
+    const ShownEstimate shown = unit_of(one);
+    values(i) = one.value;
+    entry.coefficients.push_back(
+        {one.name, shown.unit, shown.factor, one.value, one.standard_error});
+  }
+  entry.heading =
+      fmt::format("Identified from {} record{} by the instantaneous method of osteomill.",
+                  records.records, records.records == 1 ? "" : "s");
+  entry.law = law_of(records.units, values, common_inclination(input.experiments));
+  // Every chip from none to the largest passes in each turn.
+  entry.range_um = {0.0, largest / units::um};
+  entry.provenance.uncertainty =
+      records.records > 1
+          ? fmt::format("the cuts differ {:.3g} times as much as their errors explain",
+                        records.birge_ratio)
+          : std::string("one record: nothing is known of how cuts differ");
+  entry.model = std::string(cutting::name_of(entry.law.tangential.at_0));
+  entry.method = "instantaneous";
+  entry.covariance = records.covariance;
+  entry.degrees_of_freedom = records.degrees_of_freedom;
+  entry.condition_number = records.condition_number;
+  entry.further = {{"records", static_cast<double>(records.records)},
+                   {"birge_ratio", records.birge_ratio}};
+  return law_entry_text(entry);
 }
 
 }  // namespace osteomill::io

@@ -7,10 +7,11 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/cutting/milling_force.hpp"
 #include "osteomill/identify/revolution_fit.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/law_entry.hpp"
 #include "osteomill/io/section.hpp"
-#include "osteomill/io/toml_text.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -20,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 const Need kOptional = Need::optional;
 
-enum class Form { linear, polynomial };
+enum class Form { linear, polynomial, power, log };
 
 struct Keys {
   InstantaneousCase input;
@@ -28,6 +29,7 @@ struct Keys {
   Form form = Form::linear;
   int shear_order = 0;
   int edge_order = 0;
+  bool edge_force = false;
   std::optional<double> phase;
 };
 
@@ -37,8 +39,13 @@ void bind(Section& section, Keys& keys) {
       "instantaneous", "the record, and what is unknown", Need::required, [&](Section& s) {
         s.file("record", input.record, "forces over time");
         s.choice<Form>("law", keys.form,
-                       {{"linear", Form::linear}, {"polynomial", Form::polynomial}},
-                       "linear: six coefficients; polynomial: of kappa", kOptional);
+                       {{"linear", Form::linear},
+                        {"polynomial", Form::polynomial},
+                        {"power", Form::power},
+                        {"log", Form::log}},
+                       "linear: six coefficients; polynomial: of kappa; power and log: of the chip",
+                       kOptional);
+        s.flag("edge_force", keys.edge_force, "power: with a constant edge force");
         s.integer("shear_order", keys.shear_order, between(0, 6),
                   "polynomial: order of the pressures", kOptional);
         s.integer("edge_order", keys.edge_order, between(0, 6),
@@ -70,31 +77,6 @@ Json axes_of(const geometry::Vector3& values) {
   return {{"x", values.x()}, {"y", values.y()}, {"z", values.z()}};
 }
 
-/// The law's tables as a case has them.
-Json law_tables(const std::vector<UnitForce>& units, const InstantaneousFit& fit) {
-  Json law;
-  const bool polynomial = numbered(units);
-  law["law"] = polynomial ? "polynomial" : "linear";
-  law["orientation"] = "none";
-  static constexpr const char* kNames[] = {"tangential", "radial", "axial"};
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const UnitForce& unit = units[i];
-    const Estimate& one = fit.estimates[i];
-    const double value = one.value / unit_of(one).factor;
-    const int component = static_cast<int>(unit.component);
-    const bool shear = unit.kind == UnitForce::Kind::shear;
-    if (polynomial) {
-      law[shear ? "shear" : "edge"][kNames[component]].push_back(value);
-      continue;
-    }
-    const bool axial = unit.component == ForceComponent::axial;
-    // The lateral component points the other way.
-    law[axial ? "lateral" : kNames[component]]["any_deg"][shear ? "k" : "edge"] =
-        axial ? -value : value;
-  }
-  return law;
-}
-
 }  // namespace
 
 void bind_instantaneous(Section& section) {
@@ -119,6 +101,8 @@ InstantaneousCase read_instantaneous_case(const CaseRun& run) {
   if (keys.form == Form::polynomial) {
     input.options.units = polynomial_law_units(keys.shear_order, keys.edge_order);
   }
+  if (keys.form == Form::power) input.options.units = power_law_units(keys.edge_force);
+  if (keys.form == Form::log) input.options.units = log_law_units();
   input.options.phase = keys.phase;
   return input;
 }
@@ -145,7 +129,10 @@ InstantaneousResult solve(const InstantaneousCase& input) {
 ShownEstimate unit_of(const Estimate& estimate) {
   const std::string& name = estimate.name;
   if (name.front() == 'K' && name[2] == 'c') return {units::n_per_mm2, "N/mm2"};
-  if (name.front() == 'K') return {units::n_per_mm, "N/mm"};
+  // Kte, Kt and Fte are forces per width; nt and Kt1, Kt2, Kt3 are numbers.
+  const bool logarithmic = name.size() == 3 && name[2] >= '1' && name[2] <= '3';
+  if (name.front() == 'n' || (name.front() == 'K' && logarithmic)) return {1.0, "1"};
+  if (name.front() == 'K' || name.front() == 'F') return {units::n_per_mm, "N/mm"};
   if (name.starts_with("run_out")) return {units::um, "um"};
   if (name.starts_with("tilt")) return {units::um / units::mm, "um/mm"};
   if (name == "phase") return {units::deg, "deg"};
@@ -201,43 +188,40 @@ Json instantaneous_document(const InstantaneousCase& input, const InstantaneousR
 
 std::string instantaneous_entry(const InstantaneousCase& input, const InstantaneousResult& result) {
   const InstantaneousFit& fit = result.fit;
-  Json entry = law_tables(input.options.units, fit);
-  const double speed = result.processed.rotation->spindle_speed * input.cutter.cutter.radius;
-  // One speed was measured; a hundredth about it makes a range of it.
-  entry["speed_range_m_per_s"] = {0.99 * speed, 1.01 * speed};
-  entry["rake_deg"] = input.cutter.cutter.rake_angle / units::deg;
-  entry["provenance"] = {
-      {"obtained", "measured"},
-      {"source",
-       (input.provenance.source.empty() ? std::string() : input.provenance.source + ", ") +
-           input.record.filename().string()},
-      {"specimen", input.provenance.specimen},
-      {"condition", input.provenance.condition},
-      {"uncertainty",
-       fmt::format("residual rms {:.3g}/{:.3g}/{:.3g} N (x/y/z)", fit.residual_rms.x(),
-                   fit.residual_rms.y(), fit.residual_rms.z())},
-      {"note", input.provenance.note}};
-  Json found = {{"method", "instantaneous"}};
-  const auto units = static_cast<Eigen::Index>(input.options.units.size());
-  for (Eigen::Index i = 0; i < units; ++i) {
+  const cutting::Cutter& cutter = input.cutter.cutter;
+  const double speed = result.processed.rotation->spindle_speed * cutter.radius;
+  const bool cylinder = cutter.shape == cutting::CutterShape::cylindrical;
+  const auto count = static_cast<Eigen::Index>(fit.units.size()) + exponents_of(fit.units);
+  Eigen::VectorXd values(count);
+  LawEntry entry;
+  for (Eigen::Index i = 0; i < count; ++i) {
     const Estimate& one = fit.estimates[static_cast<std::size_t>(i)];
     const ShownEstimate shown = unit_of(one);
-    found["coefficients"].push_back(one.name);
-    found["units"].push_back(shown.unit);
-    found["values"].push_back(one.value / shown.factor);
-    found["standard_errors"].push_back(one.standard_error / shown.factor);
-    Json row = Json::array();
-    for (Eigen::Index k = 0; k < units; ++k) {
-      row.push_back(fit.covariance(i, k) /
-                    (shown.factor * unit_of(fit.estimates[static_cast<std::size_t>(k)]).factor));
-    }
-    found["covariance"].push_back(row);
+    values(i) = one.value;
+    entry.coefficients.push_back(
+        {one.name, shown.unit, shown.factor, one.value, one.standard_error});
   }
-  found["degrees_of_freedom"] = fit.degrees_of_freedom;
-  found["condition_number"] = fit.condition_number;
-  entry["identification"] = found;
-  return "# Identified from one record by the instantaneous method of osteomill.\n" +
-         toml_text(entry);
+  entry.heading = "Identified from one record by the instantaneous method of osteomill.";
+  entry.law = law_of(fit.units, values, cylinder ? cutter.helix_angle : 0.0);
+  // Every chip from none to the largest passes in each turn.
+  entry.range_um = {0.0,
+                    cutting::largest_chip(cutter, input.condition, input.immersion) / units::um};
+  // One speed was measured; a hundredth about it makes a range of it.
+  entry.speed_range_m_per_s = {0.99 * speed, 1.01 * speed};
+  entry.rake_deg = {cutter.rake_angle / units::deg};
+  entry.provenance = input.provenance;
+  entry.provenance.source =
+      (input.provenance.source.empty() ? std::string() : input.provenance.source + ", ") +
+      input.record.filename().string();
+  entry.provenance.uncertainty =
+      fmt::format("residual rms {:.3g}/{:.3g}/{:.3g} N (x/y/z)", fit.residual_rms.x(),
+                  fit.residual_rms.y(), fit.residual_rms.z());
+  entry.model = std::string(cutting::name_of(entry.law.tangential.at_0));
+  entry.method = "instantaneous";
+  entry.covariance = fit.covariance;
+  entry.degrees_of_freedom = fit.degrees_of_freedom;
+  entry.condition_number = fit.condition_number;
+  return law_entry_text(entry);
 }
 
 }  // namespace osteomill::io

@@ -51,8 +51,8 @@ nlohmann::ordered_json instantaneous_document(const InstantaneousCase& input,
 /// The law as a catalogue entry (TOML), with standard errors and covariance.
 std::string instantaneous_entry(const InstantaneousCase& input, const InstantaneousResult& result);
 
-/// Value in the unit that tables and documents have, with its name: "N/mm2", "N/mm", "um", "deg",
-/// "N".
+/// Value in the unit that tables and documents have, with its name: "N/mm2", "N/mm", "1", "um",
+/// "um/mm", "deg", "N".
 struct ShownEstimate {
   double factor = 1.0;
   const char* unit = "";

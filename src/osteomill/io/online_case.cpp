@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -13,6 +14,7 @@
 #include "osteomill/io/csv_file.hpp"
 #include "osteomill/io/recording.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/io/signals_file.hpp"
 #include "osteomill/io/toml_text.hpp"
 
 namespace osteomill::io {
@@ -28,6 +30,8 @@ constexpr double kSpare = 1.05;
 struct Keys {
   std::filesystem::path recording;
   std::filesystem::path table;
+  std::filesystem::path signals;
+  std::string run;
   double start = 0.0;
   std::optional<double> gain;
   CutterCase cutter;
@@ -76,7 +80,9 @@ void bind(Section& section, Keys& keys) {
     s.file("table", keys.table,
            "CSV with time_s, feed_mm_per_s (or feed_mm_per_min), and force_n or power_w",
            kOptional);
-    s.exactly_one_of({"recording", "table"});
+    s.file("signals", keys.signals, "signals.h5 of osteomill simulate or control", kOptional);
+    s.text("run", keys.run, "of the signals; otherwise the first", kOptional);
+    s.exactly_one_of({"recording", "table", "signals"});
     s.number("start_s", keys.start, {}, any(), "samples before are left out", kOptional);
   });
   section.table("online", "the estimator", kOptional, [&](Section& s) { bind_estimator(s, keys); });
@@ -150,6 +156,42 @@ std::vector<OnlinePeriod> read_table(const Keys& keys) {
   return periods;
 }
 
+/// What the drive shows for a torque: idle power, and the cutting power over the efficiency.
+double drive_power(const Keys& keys, double torque) {
+  return keys.options.power.idle + torque * keys.cut.spindle_speed / keys.options.power.efficiency;
+}
+
+/// Periods of a simulation: feed, and mean force or the power of the torque.
+std::vector<OnlinePeriod> read_simulated(const Keys& keys) {
+  const SignalsFile file = read_signals(keys.signals);
+  const auto run = std::find_if(file.runs.begin(), file.runs.end(), [&](const SignalRun& one) {
+    return keys.run.empty() || one.name == keys.run;
+  });
+  if (run == file.runs.end()) {
+    throw InvalidInput(Fault{"replay.run", keys.run, "is no run of " + keys.signals.string(), ""});
+  }
+  const auto values = [&](const char* name) -> const std::vector<double>& {
+    const auto signal = std::find_if(run->signals.begin(), run->signals.end(),
+                                     [&](const Signal& one) { return one.name == name; });
+    if (signal == run->signals.end()) {
+      throw InvalidInput(Fault{"replay.signals", keys.signals.string(),
+                               std::string("must have the signal ") + name,
+                               "take the signals.h5 of osteomill simulate"});
+    }
+    return signal->values;
+  };
+  const bool power = keys.options.measure == OnlineMeasure::power;
+  const std::vector<double>& time = values("time");
+  const std::vector<double>& feed = values("feed");
+  const std::vector<double>& measured = values(power ? "torque" : "mean_force");
+  std::vector<OnlinePeriod> periods;
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    const double seen = power ? drive_power(keys, measured[i] * units::n_mm) : measured[i];
+    periods.push_back({time[i], feed[i] * units::mm_per_s, seen});
+  }
+  return periods;
+}
+
 /// Periods of a controller's recording. A power is what the drive would have shown: idle and the
 /// recorded torque times the speed over the efficiency.
 std::vector<OnlinePeriod> read_periods(const Keys& keys) {
@@ -161,8 +203,7 @@ std::vector<OnlinePeriod> read_periods(const Keys& keys) {
     const control::Observation& seen = recorded.seen;
     OnlinePeriod period{seen.time, seen.feed, seen.mean_force};
     if (power) {
-      period.measured = keys.options.power.idle +
-                        seen.mean_torque * keys.cut.spindle_speed / keys.options.power.efficiency;
+      period.measured = drive_power(keys, seen.mean_torque);
     }
     if (!periods.empty() && seen.time > periods.back().time) {
       period.feed = (seen.position - position) / (seen.time - periods.back().time);
@@ -197,9 +238,12 @@ OnlineCase read_online_case(const CaseRun& run) {
   keys.options.online.noise = keys.noise.value_or(power ? 2.0 : 0.5);
   keys.options.contact = keys.contact.value_or(4.0 * keys.options.online.noise);
   const bool table = !keys.table.empty();
-  result.periods = table ? read_table(keys) : read_periods(keys);
+  const bool simulated = !keys.signals.empty();
+  result.periods =
+      table ? read_table(keys) : (simulated ? read_simulated(keys) : read_periods(keys));
   std::erase_if(result.periods, [&](const OnlinePeriod& one) { return one.time < keys.start; });
-  result.source = (table ? keys.table : keys.recording).filename().string();
+  result.source =
+      (table ? keys.table : (simulated ? keys.signals : keys.recording)).filename().string();
   result.options = keys.options;
   if (keys.gain) {
     result.response = FeedResponse(*keys.gain);

@@ -4,11 +4,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/io/signals_file.hpp"
+#include "osteomill/io/simulate_case.hpp"
+#include "osteomill/io/simulate_report.hpp"
+#include "osteomill/io/simulated_run.hpp"
 #include "osteomill/io/toml_text.hpp"
 
 namespace osteomill::io {
@@ -50,6 +57,46 @@ TEST(OnlineCase, KnowsTheExamplesBoneFromItsPowerAndWritesItAsAnEntry) {
   const double ratio = cutting::force_per_width(bone.law.tangential.at_0, 10e-6) /
                        cutting::force_per_width(input.bone->law.tangential.at_0, 10e-6);
   EXPECT_NEAR(ratio, track.median, 1e-9);
+}
+
+TEST(OnlineCase, PredictsTheForceOfASimulatedPatientFromItsPowerToTenPercent) {
+  // A slot through rim, graded zone and inside of a tibia, whose strength goes from 1.4 to 0.35 and
+  // back and whose law is not the catalogue's: examples/patient_tibia.toml, in coarser voxels.
+  const auto runs = run_simulations(
+      read_simulate_cases(read_case(example("patient_tibia.toml"), {"stock.spacing_mm=0.5"})));
+  const std::filesystem::path file = scratch("signals.h5");
+  write_signals(signals_of(runs), file);
+  const auto replayed = [&](const char* measure) {
+    return read_online_case(
+        read_case(example("identify_online_simulated.toml"),
+                  {"replay.signals=" + file.string(), std::string("online.measure=") + measure})
+            .front());
+  };
+  const OnlineCase input = replayed("power");
+  const OnlineCase truth = replayed("force");
+  const identify::OnlineTrack track = follow(input.periods, input.response, input.options);
+  const nlohmann::ordered_json document = online_document(input, track);
+  const auto& predicted = document["track"]["predicted_force_n"];
+  double square = 0.0;
+  int within = 0;
+  int all = 0;
+  double weakest = 1e300, strongest = 0.0;
+  for (std::size_t i = 0; i < truth.periods.size(); ++i) {
+    // The whole of the cutter in the bone: between 1.1 diameters behind entry and before exit the
+    // cut is as wide as the case says.
+    const double x = runs.front().steps[i].tip_W.x();
+    if (x < 3.5e-3 || x > 26.5e-3) continue;
+    const double miss = predicted[i].get<double>() / truth.periods[i].measured - 1.0;
+    square += miss * miss;
+    within += std::abs(miss) <= 0.1;
+    weakest = std::min(weakest, track.estimates[i].strength);
+    strongest = std::max(strongest, track.estimates[i].strength);
+    ++all;
+  }
+  ASSERT_GT(all, 700);
+  EXPECT_LT(std::sqrt(square / all), 0.1);
+  EXPECT_GE(within, all * 95 / 100);
+  EXPECT_GT(strongest / weakest, 3.0);
 }
 
 TEST(OnlineCase, RefusesWhatSaysNothingOfBone) {

@@ -36,6 +36,20 @@ SignalRun signals_of(const identify::ForceRecord& raw, const identify::Processed
                                  processed.record.force.col(axis),
                                  "after compensation, baseline and filter"));
   }
+  for (std::size_t axis = 0; axis < processed.envelope.size(); ++axis) {
+    const identify::Segment& plateau = processed.segments.plateau;
+    if (axis == 0) {
+      out.signals.push_back(signal(
+          "plateau_time", "s",
+          Eigen::VectorXd::LinSpaced(plateau.size(), static_cast<double>(plateau.begin) / raw.rate,
+                                     static_cast<double>(plateau.end - 1) / raw.rate),
+          "of the envelopes"));
+    }
+    out.signals.push_back(signal(fmt::format("envelope_low_{}", "xyz"[axis]), "N",
+                                 processed.envelope[axis].lower, "of the plateau"));
+    out.signals.push_back(signal(fmt::format("envelope_high_{}", "xyz"[axis]), "N",
+                                 processed.envelope[axis].upper, "of the plateau"));
+  }
   if (raw.tacho.size() > 0)
     out.signals.push_back(signal("tacho", "1", raw.tacho, "once a revolution, as read"));
   if (processed.revolution) {

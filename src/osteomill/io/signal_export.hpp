@@ -9,9 +9,10 @@
 namespace osteomill::io {
 
 /// A processed record as signals for other programs: time; force_{x,y,z} as read and
-/// processed_force_{x,y,z} after the steps, in the tool frame; tacho where there is one; the mean
-/// revolution over revolution_angle. Attributes: plateau_begin_s, plateau_end_s, rate_hz,
-/// spindle_speed_rpm, cutoff_hz and filter_order of the filter (0: none), and the steps as text.
+/// processed_force_{x,y,z} after the steps, in the tool frame; the envelopes over plateau_time and
+/// tacho where there are any; the mean revolution over revolution_angle. Attributes:
+/// plateau_begin_s, plateau_end_s, rate_hz, spindle_speed_rpm, cutoff_hz and filter_order of the
+/// filter (0: none), and the steps as text.
 SignalRun signals_of(const identify::ForceRecord& raw, const identify::ProcessedRecord& processed,
                      const identify::SignalChain& chain, const identify::CutOfRecord& cut,
                      const std::string& name);

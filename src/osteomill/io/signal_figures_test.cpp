@@ -88,7 +88,7 @@ TEST(SignalExport, KeepsWhatWasReadAndWhatCameOut) {
     const SignalRun run = read_signals(scratch("signals.h5")).runs.at(0);
     EXPECT_EQ(run.name, "slot_3");
     EXPECT_EQ(std::get<double>(run.attributes.at("cutoff_hz")), 800.0);
-    EXPECT_THAT(run.signals, SizeIs(15));
+    EXPECT_THAT(run.signals, SizeIs(22));
     // Read again as a record, it is the one that it came from.
     const LoadedRecord again = read_force_record(scratch("signals.h5"));
     EXPECT_EQ(again.record.force, raw.force);
