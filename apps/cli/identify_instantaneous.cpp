@@ -5,6 +5,8 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/instantaneous_case.hpp"
 #include "osteomill/io/plot.hpp"
+#include "osteomill/io/signal_export.hpp"
+#include "osteomill/io/signal_figures.hpp"
 #include "osteomill/io/text_file.hpp"
 
 namespace osteomill::cli {
@@ -77,9 +79,21 @@ Shown show_instantaneous(const io::CaseRun& run, const Arguments& arguments) {
   shown.figures.push_back(
       {"revolution", "Mean revolution, fitted model, residual",
        [plot = plot_of(result)](const std::filesystem::path& file) { io::draw(plot, file); }});
-  if (!arguments.entry.empty()) {
-    io::write_text_file(arguments.entry, io::instantaneous_entry(input, result));
+  const std::string name = input.record.stem().string();
+  for (const io::SignalFigure& one :
+       io::figures_of(result.raw, result.processed, input.cutter.cutter.flutes, name)) {
+    shown.figures.push_back(
+        {"signal-" + one.name, one.caption,
+         [plot = one.plot](const std::filesystem::path& file) { io::draw(plot, file); }});
   }
+  const std::string entry = io::instantaneous_entry(input, result);
+  if (!arguments.entry.empty()) io::write_text_file(arguments.entry, entry);
+  shown.files = {{"bone.toml", entry}};
+  const identify::CutOfRecord cut{input.condition.spindle_speed, input.cutter.cutter.flutes};
+  shown.written.push_back(
+      {"signals.h5",
+       [run = io::signals_of(result.raw, result.processed, input.signals.chain, cut, name)](
+           const std::filesystem::path& file) { io::write_signals({.runs = {run}}, file); }});
   return shown;
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/identify/combined_records.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
 
 namespace osteomill::identify {

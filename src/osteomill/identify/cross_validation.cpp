@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/identify/cross_validation.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "osteomill/numerics/decompositions.hpp"
+
 namespace osteomill::identify {
 namespace {
 
-using detail::FitSolution;
-using detail::FitTask;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -58,13 +57,13 @@ std::vector<Fold> leave_one_group_out(const std::vector<Experiment>& experiments
 CrossValidation cross_validate_by_refit(const std::vector<Experiment>& experiments,
                                         const MeanForceFit& fit, const FitOptions& options,
                                         const std::vector<Fold>& folds) {
-  const FitTask task = detail::task_of(experiments, fit.model, options);
+  const detail::FitTask task = detail::task_of(experiments, fit.model, options);
   CrossValidation result;
   result.error.resize(experiments.size());
   for (const Fold& fold : folds) {
-    const FitTask part = detail::part_of(task, without(experiments.size(), fold));
+    const detail::FitTask part = detail::part_of(task, without(experiments.size(), fold));
     if (part.experiments.empty()) continue;
-    const FitSolution solution = detail::solve(part, fit.values);
+    const detail::FitSolution solution = detail::solve(part, fit.values);
     if (!detail::is_determined(part, solution)) continue;
     for (const std::size_t i : fold) {
       const Index row = 3 * static_cast<Index>(i);
@@ -83,8 +82,8 @@ CrossValidation cross_validate(const std::vector<Experiment>& experiments, const
   if (!is_linear(fit.model) || options.loss != Loss::squares || !options.bounds.empty()) {
     return cross_validate_by_refit(experiments, fit, options, folds);
   }
-  const FitTask task = detail::task_of(experiments, fit.model, options);
-  FitSolution solution;
+  const detail::FitTask task = detail::task_of(experiments, fit.model, options);
+  detail::FitSolution solution;
   solution.values = fit.values;
   solution.sensitivity = task.columns;
   solution.robust_weight = VectorXd::Ones(task.measured.size());

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/identify/fit_uncertainty.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "osteomill/numerics/decompositions.hpp"
 
 namespace osteomill::identify {
 namespace {

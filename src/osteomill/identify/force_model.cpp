@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/identify/force_model.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/milling_force.hpp"
 #include "osteomill/numerics/bounded_least_squares.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 
 namespace osteomill::identify {
 namespace {

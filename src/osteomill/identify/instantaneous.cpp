@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,6 +14,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/identify/fit_uncertainty.hpp"
 #include "osteomill/identify/revolution_problem.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
 
 namespace osteomill::identify {

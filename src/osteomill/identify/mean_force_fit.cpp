@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/cutting/condition.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
 
 namespace osteomill::identify {

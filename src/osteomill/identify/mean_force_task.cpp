@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The least-squares core of mean_force_fit.hpp.
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "osteomill/identify/mean_force_fit.hpp"
 #include "osteomill/numerics/bounded_least_squares.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 
 namespace osteomill::identify::detail {
 namespace {

@@ -112,7 +112,8 @@ InstantaneousResult solve(const InstantaneousCase& input) {
   LoadedRecord loaded = read_force_record(input.record, input.format);
   result.warnings = std::move(loaded.warnings);
   const CutOfRecord cut{input.condition.spindle_speed, input.cutter.cutter.flutes};
-  result.processed = process(loaded.record, cut, input.signals.chain);
+  result.raw = std::move(loaded.record);
+  result.processed = process(result.raw, cut, input.signals.chain);
   result.processed.steps.insert(result.processed.steps.begin(), loaded.notes.begin(),
                                 loaded.notes.end());
   result.warnings.insert(result.warnings.end(), result.processed.warnings.begin(),

@@ -37,6 +37,7 @@ InstantaneousCase read_instantaneous_case(const CaseRun& run);
 
 /// What came of it.
 struct InstantaneousResult {
+  identify::ForceRecord raw;  ///< as read
   identify::ProcessedRecord processed;
   identify::RevolutionForces forces;
   identify::InstantaneousFit fit;
