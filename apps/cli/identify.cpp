@@ -210,7 +210,8 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
          {"verdict", fit.verdict}});
   }
   document["records"] = list;
-  shown.tables.push_back(combined_rows(records, input.options.fit.confidence));
+  const Rows combined = combined_rows(records, input.options.fit.confidence);
+  if (shown.rows != combined) shown.tables.push_back(combined);
   shown.tables.push_back(record_rows(records));
   std::string text = fmt::format(
       "Instantaneous method: {} of {} records determine all coefficients of its law "
@@ -313,9 +314,11 @@ Shown show_identify(const io::CaseRun& run, const Arguments& arguments) {
   const std::optional<Instantaneous> records = fit_records(input);
   if (input.method == io::IdentifyMethod::instantaneous) {
     if (records->combined.coefficients.empty()) {
-      throw NoSolution("no record determines every coefficient of the law: " +
-                       fmt::format("{}", fmt::join(records->combined.left_out, ", ")) +
-                       "; give more revolutions, other feeds, or a law with fewer unknowns");
+      throw NoSolution(fmt::format(
+          "no record determines every coefficient of the law ({}). {}: {}. Give a law with fewer "
+          "unknowns, other feeds, or more revolutions",
+          fmt::join(records->combined.left_out, ", "), records->names.front(),
+          fmt::join(records->fits.front().verdict, "; ")));
     }
     const std::string entry = io::catalogue_entry_of(input, records->combined);
     if (!arguments.entry.empty()) io::write_text_file(arguments.entry, entry);

@@ -32,7 +32,7 @@ struct Keys {
   std::filesystem::path table;
   std::filesystem::path signals;
   std::string run;
-  double start = 0.0;
+  std::optional<double> start;
   std::optional<double> gain;
   CutterCase cutter;
   BoneCase bone;
@@ -83,7 +83,7 @@ void bind(Section& section, Keys& keys) {
     s.file("signals", keys.signals, "signals.h5 of osteomill simulate or control", kOptional);
     s.text("run", keys.run, "of the signals; otherwise the first", kOptional);
     s.exactly_one_of({"recording", "table", "signals"});
-    s.number("start_s", keys.start, {}, any(), "samples before are left out", kOptional);
+    s.number("start_s", keys.start, {}, any(), "samples before are left out");
   });
   section.table("online", "the estimator", kOptional, [&](Section& s) { bind_estimator(s, keys); });
   section.table("power", "the spindle's drive", kOptional, [&](Section& s) {
@@ -241,7 +241,9 @@ OnlineCase read_online_case(const CaseRun& run) {
   const bool simulated = !keys.signals.empty();
   result.periods =
       table ? read_table(keys) : (simulated ? read_simulated(keys) : read_periods(keys));
-  std::erase_if(result.periods, [&](const OnlinePeriod& one) { return one.time < keys.start; });
+  if (keys.start) {
+    std::erase_if(result.periods, [&](const OnlinePeriod& one) { return one.time < *keys.start; });
+  }
   result.source =
       (table ? keys.table : (simulated ? keys.signals : keys.recording)).filename().string();
   result.options = keys.options;
