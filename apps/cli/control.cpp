@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "command.hpp"
+#include "live_view.hpp"
 #include "osteomill/base/error.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/control_case.hpp"
@@ -51,12 +52,19 @@ std::vector<io::SimulateCase> chosen(const Arguments& arguments) {
 
 /// A recording given to the controller again.
 void replay(const Arguments& arguments, const io::SimulateCase& input) {
-  const io::Replay done = io::replay(io::read_recording(arguments.recording), input.controller,
-                                     input.machine.start_feed);
+  const io::Recording recording = io::read_recording(arguments.recording);
+  const io::Replay done = io::replay(recording.periods, input.controller, input.machine.start_feed);
   if (arguments.common.format == Format::json) {
-    print_json({{"periods", done.periods}, {"different_commands", done.different}});
+    print_json({{"periods", done.periods},
+                {"different_commands", done.different},
+                {"force_samples", recording.samples.size()},
+                {"events", recording.events.size()}});
   } else {
-    fmt::print("{} periods, {} commands differ\n", done.periods, done.different);
+    fmt::print("{} periods, {} commands differ; {} force samples, {} events\n", done.periods,
+               done.different, recording.samples.size(), recording.events.size());
+    for (const control::LoopEvent& event : recording.events) {
+      fmt::print("{:.3f} s: {}\n", event.time, control::name(event.cause));
+    }
   }
   if (done.different > 0) {
     throw NoSolution(
@@ -72,7 +80,16 @@ struct Around {
   std::vector<std::unique_ptr<io::PacedPlant>> paced;
   std::unique_ptr<io::Recorder> recorder;
   std::unique_ptr<io::RecordedPlant> recorded;
+  std::unique_ptr<LiveView> view;
 };
+
+void finish_recording(io::Recorder& recorder) {
+  recorder.finish();
+  if (recorder.dropped() > 0) {
+    warn(fmt::format("the disk was too slow: {} records are missing in the recording",
+                     recorder.dropped()));
+  }
+}
 
 void warn_of_time() {
   warn("no real-time rights (SCHED_FIFO, locked memory): the loop runs at normal priority");
@@ -81,31 +98,50 @@ void warn_of_time() {
 io::RunOptions options_of(const Arguments& arguments, Around& around) {
   io::RunOptions options;
   options.clock = now;
-  options.real_time = arguments.paced;
+  options.real_time = arguments.paced || arguments.plant == "linuxcnc";
+  if (options.real_time) around.view = std::make_unique<LiveView>();
+  if (!arguments.recording.empty()) {
+    around.recorder = std::make_unique<io::Recorder>(
+        arguments.recording, io::RecorderOptions{.real_time = options.real_time});
+    options.on_samples = [&](std::span<const io::netft::Sample> samples) {
+      around.recorder->add(samples);
+    };
+  }
+  const auto seen = [&](const control::LoopEvent& event) {
+    if (around.view) around.view->event(event);
+  };
+  options.on_event = [&around, seen](const control::LoopEvent& event) {
+    if (around.recorder) around.recorder->add(event);
+    seen(event);
+  };
   if (arguments.plant == "linuxcnc") {
     // Beside this program in the folder of the build.
     const auto here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-    around.linuxcnc = std::make_unique<io::LinuxcncRuns>(
-        io::LinuxcncRunOptions{here.parent_path() / "linuxcnc" / "osteomill_machine",
-                               arguments.machine, arguments.sensor == "netft", now});
-    options.make = [&around](const io::SimulateCase& input, simulate::Milling& milling) {
-      io::MadePlant made = around.linuxcnc->make(input, milling);
+    around.linuxcnc = std::make_unique<io::LinuxcncRuns>(io::LinuxcncRunOptions{
+        here.parent_path() / "linuxcnc" / "osteomill_machine", arguments.machine,
+        arguments.sensor == "netft", now, around.recorder.get(), seen});
+    options.make = [&around](const io::SimulatedRun& run, simulate::Milling& milling) {
+      io::MadePlant made = around.linuxcnc->make(run, milling);
       if (!around.linuxcnc->real_time()) warn_of_time();
       return made;
     };
   }
-  if (!arguments.paced && arguments.recording.empty()) return options;
-  options.wrap = [&](control::Plant& plant, double period) -> control::Plant& {
+  if (!around.view && !around.recorder) return options;
+  options.wrap = [&](control::Plant& plant, const io::SimulatedRun& run,
+                     double length) -> control::Plant& {
     control::Plant* outer = &plant;
     if (arguments.paced) {
-      around.paced.push_back(std::make_unique<io::PacedPlant>(*outer, period));
+      around.paced.push_back(std::make_unique<io::PacedPlant>(*outer, run.input.controller.period));
       outer = around.paced.back().get();
       if (!around.paced.back()->real_time() && around.paced.size() == 1) {
         warn_of_time();
       }
     }
-    if (!arguments.recording.empty()) {
-      around.recorder = std::make_unique<io::Recorder>(arguments.recording);
+    if (around.view) {
+      outer = &around.view->watch(*outer, {run.input.name, length, run.input.force_limit,
+                                           run.input.controller.limits.highest});
+    }
+    if (around.recorder) {
       around.recorded = std::make_unique<io::RecordedPlant>(*outer, *around.recorder);
       outer = around.recorded.get();
     }
@@ -144,6 +180,25 @@ void write_directory(const Arguments& arguments, const std::vector<io::Simulated
   output.commit();
 }
 
+/// The path of a stock is known when the run is made: it is run on a machine that is there already.
+void write_program(const Arguments& arguments, const std::vector<io::SimulateCase>& cases) {
+  class Arrived final : public control::Plant {
+   public:
+    control::Observation start() override { return advance({}); }
+    control::Observation advance(const control::FeedCommand&) override {
+      control::Observation seen;
+      seen.finished = true;
+      return seen;
+    }
+  };
+  io::RunOptions options;
+  options.make = [&](const io::SimulatedRun& run, simulate::Milling&) {
+    io::write_text_file(arguments.program, io::machine_program(run));
+    return io::MadePlant{std::make_unique<Arrived>(), {}};
+  };
+  io::run_simulations(cases, console_progress(), options);
+}
+
 /// What does not go together, all at once.
 void check_options(const Arguments& arguments, std::size_t runs) {
   std::vector<Fault> faults;
@@ -179,13 +234,18 @@ void run(const Arguments& arguments) {
   const std::vector<io::SimulateCase> cases = chosen(arguments);
   check_options(arguments, cases.size());
   if (arguments.plant == "replay") return replay(arguments, cases.front());
-  if (!arguments.program.empty()) {
-    return io::write_text_file(arguments.program, io::machine_program(cases.front()));
-  }
+  if (!arguments.program.empty()) return write_program(arguments, cases);
 
   Around around;
-  const std::vector<io::SimulatedRun> runs =
-      io::run_simulations(cases, console_progress(), options_of(arguments, around));
+  const io::RunOptions options = options_of(arguments, around);
+  const Progress shown = console_progress();
+  const auto progress = [&](std::string_view doing, double share) {
+    // The view shows the milling; it does so outside the loop's thread.
+    return around.view && doing == "milling" ? !interrupted() : shown(doing, share);
+  };
+  const std::vector<io::SimulatedRun> runs = io::run_simulations(cases, progress, options);
+  if (around.view) around.view->end();
+  if (around.recorder) finish_recording(*around.recorder);
   double lateness = -1.0;
   for (const auto& plant : around.paced) lateness = std::max(lateness, plant->largest_lateness());
   const double wall_time = now() - begin;

@@ -6,6 +6,8 @@
 namespace osteomill::control {
 namespace {
 
+// The loop takes nothing from the heap so long: three hours at 100 Hz.
+constexpr std::size_t kManyPeriods = 1 << 20;
 constexpr int kLongestStop = 100;  // control periods until a stopped plant is taken to rest
 
 SupervisorInput input_of(const Observation& seen, const FeedCommand& command,
@@ -40,17 +42,19 @@ LoopSummary run(Plant& plant, const FeedController& controller, const LoopOption
   state.feed = options.first_feed;
   double moved_at = 0.0;
   double compute_time = 0.0;
+  if (options.real_time) done.compute_times.reserve(kManyPeriods);
   int periods = 0;
   for (Observation seen = plant.start(); !seen.finished; ++periods) {
     const double begin = options.clock ? options.clock() : 0.0;
     ControlStep next = step(controller, state, seen);
     if (options.supervisor) {
-      const SupervisorStep verdict =
-          supervise(*options.supervisor, watch,
-                    input_of(seen, next.command, options.real_time ? compute_time : 0.0));
+      SupervisorInput input = input_of(seen, next.command, options.real_time ? compute_time : 0.0);
+      if (options.disturb) options.disturb(input);
+      const SupervisorStep verdict = supervise(*options.supervisor, watch, input);
       watch = verdict.state;
       if (verdict.tripped) {
         done.events.push_back({seen.time, watch.cause, watch.value, watch.limit});
+        if (options.on_event) options.on_event(done.events.back());
         come_to_rest(plant, seen.feed);
         done.end = LoopEnd::supervisor;
         return done;
@@ -68,7 +72,7 @@ LoopSummary run(Plant& plant, const FeedController& controller, const LoopOption
       done.end = LoopEnd::stalled;
       return done;
     }
-    if (periods % 50 == 0 &&
+    if (periods % (options.real_time ? 5 : 50) == 0 &&
         !go_on(progress, "milling", std::min(1.0, seen.position / options.path_length))) {
       done.end = LoopEnd::stopped;
       return done;

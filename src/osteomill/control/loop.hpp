@@ -21,6 +21,14 @@ enum class LoopEnd : std::uint8_t {
   supervisor  ///< the supervisor stopped the machine; see LoopSummary::events
 };
 
+/// A decision of the supervisor.
+struct LoopEvent {
+  double time = 0.0;  ///< of the plant, s
+  Cause cause = Cause::none;
+  double value = 0.0;  ///< SI
+  double limit = 0.0;  ///< SI
+};
+
 struct LoopOptions {
   double first_feed = 3e-3;  ///< what the accumulator starts from, m/s
   double patience = 5.0;     ///< s
@@ -30,14 +38,10 @@ struct LoopOptions {
   std::function<double()> clock;
   /// The plant runs in real time: a step that takes longer than the period stops the machine.
   bool real_time = false;
-};
-
-/// A decision of the supervisor.
-struct LoopEvent {
-  double time = 0.0;  ///< of the plant, s
-  Cause cause = Cause::none;
-  double value = 0.0;  ///< SI
-  double limit = 0.0;  ///< SI
+  /// Told of every decision of the supervisor at once, in the loop's thread: it must not wait.
+  std::function<void(const LoopEvent&)> on_event = {};
+  /// Changes what the supervisor sees: how tests bring in a fault that the plant cannot have.
+  std::function<void(SupervisorInput&)> disturb = {};
 };
 
 struct LoopSummary {

@@ -34,7 +34,7 @@ FeedController published() {
   return controller;
 }
 
-const LoopOptions kOptions{3e-3, 5.0, 66e-3, {}, {}, false};
+const LoopOptions kOptions{3e-3, 5.0, 66e-3, {}, {}, false, {}, {}};
 
 TEST(Loop, RunsToTheEndOfThePath) {
   Rod rod(3800.0, 0.0);
@@ -69,7 +69,12 @@ TEST(Loop, SupervisorStopsThePlantAndLeavesAnEvent) {
   Rod strong(3800.0, 0.0);
   options.supervisor->torque = 1e-9;
   options.supervisor->highest_feed = 3.0e-3;  // less than the controller asks for
+  int told = 0;
+  options.on_event = [&told](const LoopEvent& event) {
+    told += event.cause == Cause::command_range ? 1 : 100;
+  };
   const LoopSummary stopped = run(strong, published(), options);
+  EXPECT_EQ(told, 1);
   EXPECT_EQ(stopped.end, LoopEnd::supervisor);
   ASSERT_EQ(stopped.events.size(), 1u);
   EXPECT_EQ(stopped.events[0].cause, Cause::command_range);

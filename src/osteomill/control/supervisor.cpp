@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/control/supervisor.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
@@ -18,7 +19,9 @@ struct Fault {
 /// Remembers what the next look compares with, and says how long it has been so.
 void note(const SupervisorLimits& limits, SupervisorState& state, const SupervisorInput& in) {
   const bool same = state.begun && in.mean_force == state.mean_force;
-  state.frozen = same && in.feed > limits.stall_feed && in.mean_force != 0.0 ? state.frozen + 1 : 0;
+  const bool repeats = same && in.feed > limits.stall_feed && in.mean_force != 0.0;
+  // A sensor that has sent nothing has not repeated itself: it grows stale.
+  if (in.fresh || !repeats) state.frozen = repeats ? state.frozen + 1 : 0;
   const bool broken = in.mean_force > limits.breakage_force && in.revolution_line > in.tooth_line &&
                       in.revolution_line > 0.5 * in.mean_force;
   state.broken = broken ? state.broken + 1 : 0;
@@ -51,7 +54,7 @@ Fault find(const SupervisorLimits& limits, const SupervisorState& before,
     return {Cause::torque_overload, std::abs(in.torque), limits.torque};
   }
   if (before.begun) {
-    const double rate = (in.mean_force - before.mean_force) / elapsed;
+    const double rate = (in.mean_force - before.mean_force) / std::max(elapsed, in.sample_span);
     if (rate > limits.force_rate) return {Cause::force_rate, rate, limits.force_rate};
   }
   if (now.broken >= limits.breakage_periods) {

@@ -67,6 +67,10 @@ struct SupervisorInput {
   double feed = 0.0;                                                ///< of the tool, m/s
   double command = 0.0;       ///< what the controller asks for, m/s
   double compute_time = 0.0;  ///< of the controller's last step, s
+  /// How long the samples took that came since the last look, s; 0: not known. After a late look
+  /// more of them come at once than the clock tells.
+  double sample_span = 0.0;
+  bool fresh = true;  ///< a sample has come since the last look
   bool sensor_saturated = false;
   bool machine_answers = true;
 };

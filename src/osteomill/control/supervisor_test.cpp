@@ -111,6 +111,21 @@ TEST(Supervisor, FindsEveryFaultInTimeAndStopsInTheSamePeriod) {
   }
 }
 
+TEST(Supervisor, ALateLookAtManySamplesIsNoSteepRiseAndASilentSensorIsNotAFrozenOne) {
+  // 160 N in a period of 10 ms are too many; over the 20 ms that the samples took they are not.
+  Cell late;
+  late.advance();
+  const auto rise = [](SupervisorInput& in) { in.mean_force += 160.0, in.peak_force = 149.0; };
+  EXPECT_FALSE(
+      late.advance([&](SupervisorInput& in) { rise(in), in.sample_span = 20e-3; }).tripped);
+  Cell silent;
+  SupervisorStep next;
+  for (int i = 0; i < 40 && !next.tripped; ++i) {
+    next = silent.advance([](SupervisorInput& in) { in.mean_force = 12.5, in.fresh = false; });
+  }
+  EXPECT_FALSE(next.tripped);
+}
+
 TEST(Supervisor, EveryCauseIsInTheFaultTable) {
   for (int cause = 1; cause < kCauses; ++cause) {
     bool listed = false;

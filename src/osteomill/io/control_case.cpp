@@ -152,6 +152,8 @@ Json machine_of(const SimulatedRun& run) {
           {"feed_delay_cycles_p50", quantile(machine.feed_delays, 0.5)},
           {"feed_delay_cycles_p99", quantile(machine.feed_delays, 0.99)},
           {"feed_delay_cycles_max", quantile(machine.feed_delays, 1.0)},
+          {"longest_gap_ms", machine.longest_gap / units::ms},
+          {"bone_lag_cycles_max", machine.bone_lag},
           {"force_samples", machine.sensor.received},
           {"force_samples_lost", machine.sensor.lost},
           {"stop", stop}};

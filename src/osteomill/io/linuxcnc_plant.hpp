@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <condition_variable>
+#include <semaphore.h>
+
+#include <array>
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
-#include <exception>
 #include <functional>
-#include <mutex>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -17,6 +20,7 @@
 #include "osteomill/io/machine_summary.hpp"
 #include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/netft_fake.hpp"
+#include "osteomill/io/played_bone.hpp"
 #include "osteomill/numerics/revolution_window.hpp"
 #include "osteomill/simulate/milling.hpp"
 
@@ -37,6 +41,9 @@ struct LinuxcncOptions {
   /// Changes what the supervisor sees: how tests bring in a fault that neither the fake sensor nor
   /// the machine can have. None: nothing is changed.
   std::function<void(control::SupervisorInput&)> disturb;
+  // What the thread that watches tells at once, in that thread; neither may wait or allocate.
+  std::function<void(std::span<const netft::Sample>)> on_samples;  ///< none: nobody is told
+  std::function<void(const control::LoopEvent&)> on_event;         ///< none: nobody is told
 };
 
 /// LinuxCNC moves, the bone is played from the positions that it reports, and the forces come from
@@ -46,6 +53,10 @@ struct LinuxcncOptions {
 ///
 /// The time of the case runs while the tool is on the case's path; the moves between lines are the
 /// machine's own. Without a fake the bone serves as a plan: where contact is expected.
+///
+/// Three threads: the supervisor's, which alone talks to machine and sensor and takes neither lock
+/// nor heap; the controller's, which is the caller's; and that of PlayedBone. They hand records to
+/// each other through rings without locks.
 class LinuxcncPlant final : public control::Plant {
  public:
   /// The references live as long as the plant. `fake`: none with a real sensor.
@@ -68,64 +79,63 @@ class LinuxcncPlant final : public control::Plant {
   std::vector<linuxcnc::Cycle> cycles() const;
 
  private:
-  void watch_machine();
-  bool watching();
+  void watch_machine() noexcept;
+  bool watching() const noexcept;
+  void take_command() noexcept;
   void play(const linuxcnc::Cycle& cycle);
-  void measure(const PathFollower::Place& place, const linuxcnc::Cycle& cycle);
+  void take_forces();
   void look(const linuxcnc::Cycle& cycle, bool answers);
-  const char* missing(const linuxcnc::Cycle& cycle, bool answers);
-  void note_stop(const linuxcnc::Cycle& cycle);
-  void order();
-  void close_period();
-  control::Observation observe() const;
-  control::Observation wait_for_period(std::unique_lock<std::mutex>& lock);
+  const char* missing(const linuxcnc::Cycle& cycle, bool answers) noexcept;
+  bool waits_for_force() const noexcept;
+  void note_stop(const linuxcnc::Cycle& cycle) noexcept;
+  void order() noexcept;
+  void close_period(PlayedCycle& piece) noexcept;
+  void tell_controller() noexcept;
+  control::Observation wait_for_period();
 
+  // Of the controller's thread.
+  const simulate::Milling& plan_;
+  control::Observation seen_;  ///< the newest
+
+  // Of the thread that watches, once it runs.
   linuxcnc::Machine& machine_;
-  simulate::Milling& milling_;
   PathFollower follower_;
   netft::Client& sensor_;
-  netft::FakeSensor* fake_;
   LinuxcncOptions options_;
+  double control_period_ = 0.0;  ///< s
   int cycles_per_period_ = 10;
-  int samples_per_cycle_ = 8;
-
   control::FeedCommand command_;
   control::SupervisorState watch_;
   control::SupervisorStep verdict_;
   std::optional<double> asked_;  ///< clock when the controller got to work; none: it waits
   double stop_by_ = 0.0;         ///< clock until which a stop is followed
-
-  std::vector<linuxcnc::Cycle> log_;
-  std::uint32_t lost_ = 0;
-  int heard_ = 0;  ///< cycles in a row, at the beginning, with the watchdog content
+  std::uint32_t cycles_ = 0;     ///< that were seen
+  std::uint32_t first_ = 0;      ///< number of the first of them
+  std::uint32_t newest_ = 0;     ///< and of the newest
+  double looked_ = 0.0;          ///< clock of the last look
+  double longest_gap_ = 0.0;     ///< between two, s
+  int heard_ = 0;                ///< cycles in a row, at the beginning, with the watchdog content
   PathFollower::Place place_;
   double feed_ = 0.0;         ///< of the tool, m/s
   int cycles_in_period_ = 0;  ///< on the case's path
-  bool period_over_ = false;  ///< and the controller has not seen it yet
-  bool on_path_ = false;      ///< the approach is over
-
+  int periods_ = 0;           ///< that are over
+  bool on_path_ = false;      ///< the approach is over and there is a force
   numerics::RevolutionWindow force_, torque_;
-  std::vector<double> positions_, feeds_;  ///< of the samples of a cycle
-  std::vector<netft::Sample> load_, arrived_;
+  std::vector<netft::Sample> arrived_;  ///< in this cycle
   double peak_in_cycle_ = 0.0;
-  simulate::Step measured_;  ///< forces of the period so far
-  std::vector<simulate::Step> steps_;
-
-  struct Sent {
-    std::int32_t number = 0;
-    std::uint32_t seen = 0;  ///< newest cycle when the order left
-  };
-  std::vector<Sent> changes_;  ///< orders that changed the feed and have not been seen yet
+  double peak_in_period_ = 0.0;  ///< of the last one that is over
+  PlayedCycle measured_;         ///< forces of the period so far
   double sent_feed_ = -1.0;
-  std::vector<int> feed_delays_;
   std::optional<MachineStop> stop_;
 
-  // What the thread and the controller share is everything above, under this.
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  bool done_ = false;   ///< the thread looks no more
-  bool leave_ = false;  ///< it is asked to end
-  std::exception_ptr failure_;
+  // Between the threads.
+  PlayedBone bone_;
+  boost::lockfree::spsc_queue<control::Observation, boost::lockfree::capacity<64>> observations_;
+  boost::lockfree::spsc_queue<control::FeedCommand, boost::lockfree::capacity<64>> commands_;
+  sem_t news_{};  ///< for the controller
+  std::atomic<bool> stopped_{false};
+  std::atomic<bool> done_{false};   ///< the thread looks no more
+  std::atomic<bool> leave_{false};  ///< it is asked to end
   std::thread thread_;
 };
 

@@ -20,12 +20,9 @@ constexpr double kClearance = 5e-3;  // from the wall on the way back, m
 /// F/T resolves a few hundredths of a newton.
 constexpr double kSensorNoise = 0.02;
 
-std::vector<MachineMove> path_of(const SimulateCase& input) {
-  if (input.stock.kind != StockKind::line_profile) {
-    throw InvalidInput(Fault{"stock.kind", "", "must be \"line-profile\" with --plant linuxcnc",
-                             "other stocks run with --plant simulate"});
-  }
-  return machine_path(simulate::LineProfileWorkpiece(input.stock.profile), kClearance);
+std::vector<MachineMove> path_of(const SimulatedRun& run) {
+  if (run.path) return machine_path(*run.path, kClearance);
+  return machine_path(simulate::LineProfileWorkpiece(run.input.stock.profile), kClearance);
 }
 
 }  // namespace
@@ -41,16 +38,18 @@ LinuxcncRuns::LinuxcncRuns(LinuxcncRunOptions options) : options_(std::move(opti
 
 LinuxcncRuns::~LinuxcncRuns() = default;
 
-std::string machine_program(const SimulateCase& input) {
-  return gcode_of(path_of(input), input.controller.limits.highest, input.machine.spindle_speed);
+std::string machine_program(const SimulatedRun& run) {
+  return gcode_of(path_of(run), run.input.controller.limits.highest,
+                  run.input.machine.spindle_speed);
 }
 
-MadePlant LinuxcncRuns::make(const SimulateCase& input, simulate::Milling& milling) {
+MadePlant LinuxcncRuns::make(const SimulatedRun& run, simulate::Milling& milling) {
+  const SimulateCase& input = run.input;
   // The last run's machine goes before the next one comes: there can be one.
   parts_ = std::make_unique<Parts>();
   std::filesystem::path socket = options_.socket;
   if (socket.empty()) {
-    parts_->process.emplace(options_.launcher, machine_program(input));
+    parts_->process.emplace(options_.launcher, machine_program(run));
     socket = parts_->process->socket();
   }
   netft::ClientOptions address = input.sensor;
@@ -75,17 +74,24 @@ MadePlant LinuxcncRuns::make(const SimulateCase& input, simulate::Milling& milli
   how.sample_rate = input.machine.sample_rate;
   how.flutes = input.machine.flutes;
   how.clock = options_.clock;
+  if (Recorder* recorder = options_.recorder) {
+    how.on_samples = [recorder](std::span<const netft::Sample> samples) { recorder->add(samples); };
+  }
+  how.on_event = [recorder = options_.recorder, told = options_.on_event](const auto& event) {
+    if (recorder != nullptr) recorder->add(event);
+    if (told) told(event);
+  };
   auto plant = std::make_unique<LinuxcncPlant>(*parts_->machine, milling,
-                                               PathFollower(path_of(input)), *parts_->sensor,
+                                               PathFollower(path_of(run)), *parts_->sensor,
                                                parts_->fake.get(), how, input.controller.period);
   LinuxcncPlant* seen = plant.get();
   real_time_ = ask_for_real_time();
-  return {std::move(plant), [seen](SimulatedRun& run) {
-            run.machine = seen->summary();
-            run.steps = seen->steps();
-            if (!run.machine->stop) return;
-            run.loop.events.push_back(run.machine->stop->event);
-            run.loop.end = control::LoopEnd::supervisor;
+  return {std::move(plant), [seen](SimulatedRun& done) {
+            done.machine = seen->summary();
+            done.steps = seen->steps();
+            if (!done.machine->stop) return;
+            done.loop.events.push_back(done.machine->stop->event);
+            done.loop.end = control::LoopEnd::supervisor;
           }};
 }
 

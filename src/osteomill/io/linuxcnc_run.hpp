@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "osteomill/io/recording.hpp"
 #include "osteomill/io/simulated_run.hpp"
 
 namespace osteomill::io {
@@ -17,6 +18,8 @@ struct LinuxcncRunOptions {
   std::filesystem::path socket;
   bool real_sensor = false;       ///< the one at SimulateCase::sensor; else a fake on loopback
   std::function<double()> clock;  ///< s, monotonic
+  Recorder* recorder = nullptr;   ///< of force samples and events; null: not recorded
+  std::function<void(const control::LoopEvent&)> on_event;  ///< told at once; none: nobody is
 };
 
 /// Plants on LinuxCNC for RunOptions::make; they keep what they need alive until the next one.
@@ -27,7 +30,7 @@ class LinuxcncRuns {
   LinuxcncRuns(const LinuxcncRuns&) = delete;
   LinuxcncRuns& operator=(const LinuxcncRuns&) = delete;
 
-  MadePlant make(const SimulateCase& input, simulate::Milling& milling);
+  MadePlant make(const SimulatedRun& run, simulate::Milling& milling);
   bool real_time() const { return real_time_; }  ///< of the last run
 
  private:
@@ -37,7 +40,7 @@ class LinuxcncRuns {
   bool real_time_ = false;
 };
 
-/// The program of a run. InvalidInput when its stock is none that a machine path is known for.
-std::string machine_program(const SimulateCase& input);
+/// The program of a run, which has its input and, but for a line profile, its path.
+std::string machine_program(const SimulatedRun& run);
 
 }  // namespace osteomill::io

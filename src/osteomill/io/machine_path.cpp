@@ -35,23 +35,46 @@ std::vector<MachineMove> machine_path(const simulate::LineProfileWorkpiece& work
   const double pitch = workpiece.length() / workpiece.lines();
   std::vector<MachineMove> path;
   const auto move_to = [&](const Vector3& end, double position) {
-    path.push_back({path.back().end_W, end, position, position, false});
+    path.push_back({path.back().end_W, end, position, position, false, false});
   };
   for (int line = 0; line < workpiece.lines(); ++line) {
     const double from = line * pitch;
     const simulate::Place start = workpiece.at(from);
     const Vector3 away(0.0, -clearance, 0.0);
     if (line == 0) {
-      path.push_back({start.tip_W, start.tip_W, 0.0, 0.0, false});  // the approach
+      path.push_back({start.tip_W, start.tip_W, 0.0, 0.0, false, false});  // the approach
     } else {
       move_to(path.back().end_W + away, from);
       move_to(start.tip_W + away, from);
       move_to(start.tip_W, from);
     }
     path.push_back(
-        {start.tip_W, start.tip_W + pitch * start.direction_W, from, from + pitch, true});
+        {start.tip_W, start.tip_W + pitch * start.direction_W, from, from + pitch, true, false});
   }
   return path;
+}
+
+std::vector<MachineMove> machine_path(const workpiece::ToolPath& path, double clearance) {
+  const Vector3& start = path.moves().front().points_W.front();
+  Vector3 above = start;
+  for (const workpiece::Move& move : path.moves()) {
+    for (const Vector3& point : move.points_W) above.z() = std::max(above.z(), point.z());
+  }
+  above.z() += clearance;
+  std::vector<MachineMove> moves = {{above, above, 0.0, 0.0, false, true},
+                                    {above, above, 0.0, 0.0, false, false},
+                                    {above, start, 0.0, 0.0, false, false}};
+  double position = 0.0;
+  for (const workpiece::Move& move : path.moves()) {
+    for (std::size_t i = 1; i < move.points_W.size(); ++i) {
+      const double from = position;
+      position += (move.points_W[i] - move.points_W[i - 1]).norm();
+      if (position > from) {
+        moves.push_back({move.points_W[i - 1], move.points_W[i], from, position, true, false});
+      }
+    }
+  }
+  return moves;
 }
 
 std::string gcode_of(const std::vector<MachineMove>& path, double full_feed, double spindle_speed) {
@@ -60,6 +83,10 @@ std::string gcode_of(const std::vector<MachineMove>& path, double full_feed, dou
   const double feed = full_feed / units::mm_per_min;
   for (const MachineMove& move : path) {
     const Vector3 end = move.end_W / units::mm;
+    if (move.lift) {
+      fmt::format_to(std::back_inserter(text), "G0 Z{:.6f}\n", end.z());
+      continue;
+    }
     fmt::format_to(std::back_inserter(text), "{} X{:.6f} Y{:.6f} Z{:.6f}{}\n",
                    move.cut ? "G1" : "G0", end.x(), end.y(), end.z(),
                    move.cut ? fmt::format(" F{:.6f}", feed) : "");
@@ -72,6 +99,10 @@ PathFollower::PathFollower(std::vector<MachineMove> path) : path_(std::move(path
 PathFollower::Place PathFollower::update(const Vector3& p_W) {
   if (!begun_) {
     path_.front().start_W = p_W;
+    if (path_.front().lift) {
+      path_.front().end_W = {p_W.x(), p_W.y(), path_.front().end_W.z()};
+      path_[1].start_W = path_.front().end_W;
+    }
     const auto on = std::find_if(path_.begin(), path_.end(), [&](const MachineMove& move) {
       return move.cut && distance(move, p_W) < kReached;
     });

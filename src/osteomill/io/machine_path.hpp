@@ -6,6 +6,7 @@
 
 #include "osteomill/geometry/pose.hpp"
 #include "osteomill/simulate/line_profile.hpp"
+#include "osteomill/workpiece/tool_path.hpp"
 
 namespace osteomill::io {
 
@@ -16,12 +17,19 @@ struct MachineMove {
   double from = 0.0;  ///< place along the case's path at its start, m
   double to = 0.0;    ///< and at its end; the same for a move that is not part of that path
   bool cut = false;   ///< part of the case's path
+  /// From where the machine is found straight up or down to the height of its end; the move behind
+  /// it starts there.
+  bool lift = false;
 };
 
 /// What a machine does to mill the lines of a profile: each line in one move, and between two
 /// lines away from the wall by `clearance`, back, and up to the wall again.
 std::vector<MachineMove> machine_path(const simulate::LineProfileWorkpiece& workpiece,
                                       double clearance);
+
+/// What a machine does to follow a path: all of it, the rapids too, at the feed that the controller
+/// sets, after an approach to its start: up first, `clearance` above all of it, then across.
+std::vector<MachineMove> machine_path(const workpiece::ToolPath& path, double clearance);
 
 /// The same as a program for LinuxCNC: cuts with G1 at `full_feed`, m/s, under adaptive feed (M52
 /// P1), the moves between them with G0, exact stops.

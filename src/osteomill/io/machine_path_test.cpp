@@ -90,5 +90,37 @@ TEST(MachinePath, TheProgramAsksForAdaptiveFeedAndCutsAtFullFeed) {
   EXPECT_THAT(program, testing::EndsWith("M2\n"));
 }
 
+TEST(MachinePath, OfAToolPathGoesUpBeforeItGoesAcrossAndThenAlongAllOfIt) {
+  const workpiece::CutSettings cut{3e-3, 100.0};
+  const workpiece::ToolPath path = workpiece::lines(
+      {Vector3(-10e-3, 2e-3, -1e-3), Vector3(20e-3, 0, 0), Vector3(0, 1e-3, 0), 2, 5e-3}, cut);
+  const std::vector<MachineMove> moves = machine_path(path, 2e-3);
+  PathFollower follower(moves);
+  Vector3 at(3e-3, -4e-3, 0.0);  // where the machine is found
+  EXPECT_EQ(follower.update(at).position, 0.0);
+  const double top = 4e-3 + 2e-3;  // the way back between the lines, and the clearance
+  const auto go = [&](const Vector3& to) {
+    PathFollower::Place place;
+    for (int i = 1; i <= 50; ++i) place = follower.update(at + (to - at) * (i / 50.0));
+    at = to;
+    return place;
+  };
+  EXPECT_FALSE(go(Vector3(at.x(), at.y(), top)).cut);
+  EXPECT_FALSE(go(Vector3(-10e-3, 2e-3, top)).cut);
+  EXPECT_EQ(go(Vector3(-10e-3, 2e-3, -1e-3)).position, 0.0);
+  double length = 0.0;
+  for (const workpiece::Move& move : path.moves()) {
+    for (std::size_t i = 1; i < move.points_W.size(); ++i) {
+      length += (move.points_W[i] - move.points_W[i - 1]).norm();
+      const PathFollower::Place place = go(move.points_W[i]);
+      EXPECT_NEAR(place.position, length, 1e-9);
+      EXPECT_TRUE(place.cut);
+    }
+  }
+  EXPECT_NEAR(length, path.length(), 1e-12);
+  EXPECT_TRUE(follower.update(at).finished);
+  EXPECT_THAT(gcode_of(moves, 8e-3, 100.0), HasSubstr("G0 Z6.000000\nG0 X-10.000000 Y2.000000"));
+}
+
 }  // namespace
 }  // namespace osteomill::io

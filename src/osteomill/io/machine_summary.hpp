@@ -28,6 +28,8 @@ struct MachineSummary {
   std::optional<MachineStop> stop;
   netft::Health sensor;
   double machine_time = 0.0;  ///< from the first to the last cycle, moves between lines included, s
+  double longest_gap = 0.0;   ///< between two looks of the supervisor, s
+  std::uint32_t bone_lag = 0;  ///< most cycles that the played bone was behind the machine
 };
 
 }  // namespace osteomill::io

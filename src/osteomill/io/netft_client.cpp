@@ -122,6 +122,7 @@ std::size_t Client::receive(std::vector<Sample>& samples) {
     }
     if (!accept(*record)) continue;
     Sample sample;
+    sample.number = record->rdt_sequence;
     for (int i = 0; i < 3; ++i) {
       sample.force_S[i] = record->counts[i] / options_.counts_per_newton;
       sample.torque_S[i] = record->counts[i + 3] / options_.counts_per_newton_metre;

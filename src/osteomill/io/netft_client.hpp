@@ -26,6 +26,7 @@ void check(const ClientOptions& options);
 struct Sample {
   geometry::Vector3 force_S = geometry::Vector3::Zero();   ///< N
   geometry::Vector3 torque_S = geometry::Vector3::Zero();  ///< N m
+  std::uint32_t number = 0;  ///< of the record since the stream began, from 1
 };
 
 /// What became of the stream since it was started.

@@ -16,7 +16,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 Sample load(double x, double y, double z, double torque = 0.0) {
-  return {{x, y, z}, {0.0, 0.0, torque}};
+  return {{x, y, z}, {0.0, 0.0, torque}, 0};
 }
 
 /// A client on a fake sensor, with a clock that the test sets.

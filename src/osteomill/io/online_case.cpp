@@ -199,7 +199,7 @@ std::vector<OnlinePeriod> read_periods(const Keys& keys) {
   std::vector<OnlinePeriod> periods;
   double position = 0.0;
   double largest_torque = 0.0;
-  for (const RecordedPeriod& recorded : read_recording(keys.recording)) {
+  for (const RecordedPeriod& recorded : read_recording(keys.recording).periods) {
     const control::Observation& seen = recorded.seen;
     OnlinePeriod period{seen.time, seen.feed, seen.mean_force};
     if (power) {

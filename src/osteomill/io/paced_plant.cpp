@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -44,9 +45,20 @@ control::Observation PacedPlant::advance(const control::FeedCommand& command) {
   const control::Observation seen = plant_.advance(command);
   due_ns_ += period_ns_;
   sleep_until(due_ns_);
-  largest_lateness_ = std::max(
-      largest_lateness_, static_cast<double>(now_ns() - due_ns_) / static_cast<double>(kSecond));
+  const std::int64_t late = now_ns() - due_ns_;
+  largest_lateness_ =
+      std::max(largest_lateness_, static_cast<double>(late) / static_cast<double>(kSecond));
+  const auto cell = static_cast<std::size_t>(std::max<std::int64_t>(0, late / 1000));
+  ++wake_ups_[std::min(cell, wake_ups_.size() - 1)];
   return seen;
+}
+
+double PacedPlant::lateness(double share) const {
+  const double all = std::accumulate(wake_ups_.begin(), wake_ups_.end(), 0.0);
+  double below = 0.0;
+  std::size_t cell = 0;
+  while (cell + 1 < wake_ups_.size() && (below += wake_ups_[cell]) < share * all) ++cell;
+  return static_cast<double>(cell + 1) * 1e-6;
 }
 
 }  // namespace osteomill::io

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "osteomill/control/plant.hpp"
@@ -18,12 +19,15 @@ class PacedPlant final : public control::Plant {
 
   bool real_time() const { return real_time_; }
   double largest_lateness() const { return largest_lateness_; }  ///< of a wake-up, s
+  /// Below which that share of the wake-ups was, to a microsecond; s. The last cell is open.
+  double lateness(double share) const;
 
  private:
   control::Plant& plant_;
   std::int64_t period_ns_;
   std::int64_t due_ns_ = 0;  ///< monotonic clock
   double largest_lateness_ = 0.0;
+  std::array<std::uint32_t, 2000> wake_ups_{};  ///< by their lateness in whole microseconds
   bool real_time_ = false;
 };
 

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "osteomill/control/feed_controller.hpp"
+#include "osteomill/control/loop.hpp"
 #include "osteomill/control/plant.hpp"
+#include "osteomill/io/netft_client.hpp"
 
 namespace osteomill::io {
 
@@ -17,32 +21,50 @@ struct RecordedPeriod {
   control::FeedCommand command;
 };
 
-/// Writes every control period to an HDF5 file (single writer, many readers). Periods are flushed
-/// in blocks of 0.25 s at 100 Hz, so that a process that is killed loses at most the last block and
-/// the file opens whatever happens.
+/// What a recording holds.
+struct Recording {
+  std::vector<RecordedPeriod> periods;
+  std::vector<netft::Sample> samples;
+  std::vector<control::LoopEvent> events;
+};
+
+struct RecorderOptions {
+  /// A real-time thread is never kept waiting: what finds no place is counted as dropped. Otherwise
+  /// who records waits for the disk.
+  bool real_time = false;
+};
+
+/// Writes every control period, every force sample and every event to an HDF5 file (single writer,
+/// many readers). They are handed over without a lock or the heap to a thread of its own, which
+/// flushes ten times a second: a process that is killed loses that much and the file opens whatever
+/// happens.
 ///
-///   /periods   float64 [periods][columns]; attribute columns: the names, with units
+///   /periods  /samples  /events   float64 [rows][columns]; attribute columns: names with units
+///
+/// Periods, samples and events may come from three threads, but each kind from one only.
 class Recorder {
  public:
   /// WorldError when the file cannot be made.
-  explicit Recorder(const std::filesystem::path& file);
+  explicit Recorder(const std::filesystem::path& file, const RecorderOptions& options = {});
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  void add(const RecordedPeriod& period);
-  void flush();
+  void add(const RecordedPeriod& period) noexcept;
+  void add(std::span<const netft::Sample> samples) noexcept;
+  void add(const control::LoopEvent& event) noexcept;
 
-  static constexpr std::size_t kBlock = 25;
+  /// Writes what is left and closes the file. WorldError when the disk refused something.
+  void finish();
+  std::uint64_t dropped() const noexcept;
 
  private:
   struct File;
   std::unique_ptr<File> file_;
-  std::vector<double> block_;
 };
 
 /// InvalidInput when it is missing or no recording.
-std::vector<RecordedPeriod> read_recording(const std::filesystem::path& file);
+Recording read_recording(const std::filesystem::path& file);
 
 /// A plant of which every period is recorded.
 class RecordedPlant final : public control::Plant {

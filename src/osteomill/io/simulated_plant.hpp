@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
 #include "osteomill/control/plant.hpp"
+#include "osteomill/io/netft_client.hpp"
 #include "osteomill/simulate/milling.hpp"
 
 namespace osteomill::io {
@@ -10,12 +17,17 @@ namespace osteomill::io {
 /// other; here they meet.
 class SimulatedPlant final : public control::Plant {
  public:
-  explicit SimulatedPlant(simulate::Milling& milling) : milling_(milling) {}
+  using Listener = std::function<void(std::span<const netft::Sample>)>;
+  /// `on_samples` is told what a force sensor would measure; none: nobody is.
+  explicit SimulatedPlant(simulate::Milling& milling, Listener on_samples = {})
+      : milling_(milling), on_samples_(std::move(on_samples)) {}
 
   control::Observation start() override { return seen(milling_.report()); }
   control::Observation advance(const control::FeedCommand& command) override {
-    return seen(
-        milling_.advance({command.feed, static_cast<int>(command.mode), command.saturated}));
+    const simulate::Report report =
+        milling_.advance({command.feed, static_cast<int>(command.mode), command.saturated});
+    if (on_samples_) tell();
+    return seen(report);
   }
 
  private:
@@ -37,7 +49,19 @@ class SimulatedPlant final : public control::Plant {
     return seen;
   }
 
+  void tell() {
+    const simulate::Cut& cut = milling_.last_cut();
+    samples_.resize(cut.forces_W.size());
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      samples_[i] = {cut.forces_W[i], {0.0, 0.0, cut.torques[i]}, ++told_};
+    }
+    on_samples_(samples_);
+  }
+
   simulate::Milling& milling_;
+  Listener on_samples_;
+  std::vector<netft::Sample> samples_;
+  std::uint32_t told_ = 0;  ///< samples so far
 };
 
 }  // namespace osteomill::io

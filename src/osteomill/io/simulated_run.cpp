@@ -42,9 +42,9 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
   simulate::Milling milling(workpiece, input.machine, input.force_limit);
   MadePlant made;
   if (how.make) {
-    made = how.make(input, milling);
+    made = how.make(run, milling);
   } else {
-    made.plant = std::make_unique<SimulatedPlant>(milling);
+    made.plant = std::make_unique<SimulatedPlant>(milling, how.on_samples);
   }
   control::LoopOptions options;
   options.first_feed = input.machine.start_feed;
@@ -52,7 +52,8 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
   if (!how.make) options.supervisor = input.supervisor;
   options.clock = how.clock;
   options.real_time = how.real_time;
-  control::Plant& seen = how.wrap ? how.wrap(*made.plant, input.controller.period) : *made.plant;
+  options.on_event = how.on_event;
+  control::Plant& seen = how.wrap ? how.wrap(*made.plant, run, workpiece.length()) : *made.plant;
   run.loop = control::run(seen, input.controller, options, progress);
   run.steps = milling.steps();
   if (made.finish) made.finish(run);

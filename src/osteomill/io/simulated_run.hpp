@@ -4,12 +4,14 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "osteomill/base/progress.hpp"
 #include "osteomill/control/loop.hpp"
 #include "osteomill/io/machine_summary.hpp"
+#include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/simulate/summary.hpp"
 #include "osteomill/workpiece/stock.hpp"
@@ -29,12 +31,17 @@ struct MadePlant {
 struct RunOptions {
   std::function<double()> clock;  ///< s, for the compute times; none: not measured
   /// The plant that the loop sees in place of the simulated one: that one in real time or recorded.
-  /// It must outlive the run. None: the simulated one.
-  std::function<control::Plant&(control::Plant& plant, double period)> wrap;
+  /// It must outlive the run. `length`: of the path, m. None: the simulated one.
+  std::function<control::Plant&(control::Plant& plant, const SimulatedRun& run, double length)>
+      wrap;
   /// Makes the plant of a run that plays its bone with `milling`. It has a supervisor of its own.
-  /// None: the simulated one, with the case's supervisor in the loop.
-  std::function<MadePlant(const SimulateCase& input, simulate::Milling& milling)> make;
+  /// `run` has its input and, but for a line profile, its path. None: the simulated one, with the
+  /// case's supervisor in the loop.
+  std::function<MadePlant(const SimulatedRun& run, simulate::Milling& milling)> make;
   bool real_time = false;  ///< the wrapped plant is: see control::LoopOptions
+  // Of the simulated plant; one of `make` has its own. None: nobody is told.
+  std::function<void(std::span<const netft::Sample>)> on_samples = {};
+  std::function<void(const control::LoopEvent&)> on_event = {};
 };
 
 /// A run that is over, whole or as far as it came.

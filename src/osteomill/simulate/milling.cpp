@@ -57,19 +57,24 @@ Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limi
   reported_.assign(machine_.delay_updates, Reading{});
 }
 
-Report Milling::report() const {
+Report Milling::plan_at(double position) const {
   Report seen;
+  seen.position = position;
+  seen.programmed_feed = workpiece_.at(position).programmed_feed;
+  seen.to_contact = workpiece_.to_contact(position);
+  seen.entering = workpiece_.entering(position);
+  return seen;
+}
+
+Report Milling::report() const {
+  Report seen = plan_at(state_.integral);
   seen.time = steps_.empty() ? 0.0 : steps_.back().time;
-  seen.position = state_.integral;
   seen.feed = state_.value;
-  seen.programmed_feed = workpiece_.at(state_.integral).programmed_feed;
   seen.mean_force = reported_.back().mean;
   seen.peak_force = reported_.back().peak;
   if (!steps_.empty()) seen.mean_torque = steps_.back().mean_torque;
   seen.tooth_line = window_.line(machine_.flutes);
   seen.revolution_line = machine_.flutes == 1 ? 0.0 : window_.line(1);
-  seen.to_contact = workpiece_.to_contact(state_.integral);
-  seen.entering = workpiece_.entering(state_.integral);
   seen.finished = finished();
   return seen;
 }

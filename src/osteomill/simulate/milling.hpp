@@ -87,6 +87,10 @@ class Milling {
   Milling(Workpiece& workpiece, const Machine& machine, double force_limit);
 
   Report report() const;
+  /// What of a report is known beforehand at a place along the path, m: the programmed feed and
+  /// where contact is expected. Reads the workpiece's plan only: may be asked while another thread
+  /// mills.
+  Report plan_at(double position) const;
   Report advance(const FeedRequest& request);
   /// The machine is found at a place along the path, m, before anything is followed.
   void start_at(double position) { state_.integral = position; }
@@ -96,6 +100,8 @@ class Milling {
   /// A control period of motion has been followed; `request` is what was asked for in it.
   Report end_period(const FeedRequest& request);
   bool finished() const { return state_.integral >= length_; }
+  /// What the tool met in the last piece that was followed.
+  const Cut& last_cut() const { return cut_; }
   const std::vector<Step>& steps() const { return steps_; }
 
  private:
