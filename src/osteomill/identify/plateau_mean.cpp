@@ -42,7 +42,7 @@ double variance_of_sum(const Eigen::VectorXd& series) {
   const double memory = std::clamp(neighbours(series), -0.97, 0.97);
   const Eigen::Index n = series.size() - 1;
   const Eigen::VectorXd rest = series.tail(n) - memory * series.head(n);
-  // [andrews1991] eq. 6.2 and 6.4: lags for Bartlett's weights and a first-order autoregression.
+  // [andrews1991]: lags for Bartlett's weights and a first-order autoregression.
   const double rho = std::clamp(neighbours(rest), -0.97, 0.97);
   const double alpha = 4.0 * rho * rho / std::pow((1.0 - rho) * (1.0 + rho), 2);
   const auto lags = std::min(

@@ -19,7 +19,7 @@ struct PlateauMean {
 /// independent: they repeat with the revolution and vary slowly besides. So means of whole
 /// revolutions are regressed, which takes the periodic part away, and their standard errors allow
 /// for correlation of neighbours: prewhitened by a first-order autoregression [andrews1992], then
-/// Bartlett's weights of [newey1987] over as many lags as [andrews1991] eq. 6.2 asks for; with the
+/// Bartlett's weights of [newey1987] over as many lags as [andrews1991] asks for; with the
 /// factor n/(n − 2) for the two parameters.
 /// @param rate    samples a second, Hz
 /// @param period  of a revolution, s; 0: not known, then batches of n^(1/2) samples

@@ -21,7 +21,7 @@ RevolutionForces gather_revolutions(const Eigen::MatrixX3d& force, const Rotatio
 /// What a zero-phase filter leaves of each harmonic of the rotation, up to where it leaves less
 /// than `least` or the rate ends.
 std::vector<double> filter_gains(const Butterworth& filter, double rate, double spindle_speed,
-                                 double least = 1e-4);
+                                 double least = 1e-3);
 
 /// The instantaneous method on the plateau of a processed record: gathers its revolutions, treats
 /// the model by the chain's filter, and lets each component have the constant that the baseline may

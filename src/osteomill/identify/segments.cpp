@@ -14,7 +14,7 @@ namespace osteomill::identify {
 namespace {
 
 /// The value that splits a sample into two classes with the largest variance between them,
-/// [otsu1979] eq. 18, on 128 classes of the range.
+/// [otsu1979], on 128 classes of the range.
 double otsu_threshold(const Eigen::VectorXd& values) {
   constexpr int kClasses = 128;
   const double low = values.minCoeff(), high = values.maxCoeff();

@@ -8,6 +8,7 @@
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/identify/envelope.hpp"
+#include "osteomill/identify/fourier.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -105,6 +106,52 @@ SignalFigure close_figure(const ForceRecord& raw, const ProcessedRecord& done,
   return figure;
 }
 
+/// Amplitudes over frequency of the force on a stretch, all axes together, with a Hann window; of
+/// each piece of the frequencies the largest, so that no line is lost.
+Series spectrum_of(const std::string& label, const ForceRecord& record, const Segment& stretch) {
+  const Eigen::Index n = stretch.size();
+  const Eigen::ArrayXd turn = Eigen::ArrayXd::LinSpaced(n, 0.0, 2.0 * M_PI);
+  const Eigen::ArrayXd window = 0.5 - 0.5 * turn.cos();
+  const std::size_t length = identify::fast_length(static_cast<std::size_t>(n));
+  std::vector<double> square(length / 2 + 1, 0.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::ArrayXd force = record.force.col(axis).segment(stretch.begin, n).array();
+    const Eigen::VectorXd part = (window * (force - force.mean())).matrix();
+    const identify::Spectrum spectrum = identify::forward(part, length);
+    for (std::size_t k = 0; k < square.size(); ++k) square[k] += std::norm(spectrum[k]);
+  }
+  Series out{.label = label, .x = {}, .y = {}};
+  const std::size_t piece = 1 + square.size() / static_cast<std::size_t>(kPoints / 2);
+  for (std::size_t k = 1; k < square.size(); k += piece) {
+    const auto end =
+        square.begin() + static_cast<std::ptrdiff_t>(std::min(k + piece, square.size()));
+    const auto largest = std::max_element(square.begin() + static_cast<std::ptrdiff_t>(k), end);
+    const auto at = static_cast<double>(largest - square.begin());
+    out.x.push_back(at * record.rate / static_cast<double>(length));
+    // No smaller than a millionth of a newton, for the logarithm.
+    out.y.push_back(std::max(1e-6, 2.0 * std::sqrt(*largest) / window.sum()));
+  }
+  return out;
+}
+
+SignalFigure spectrum_figure(const ForceRecord& raw, const ProcessedRecord& done,
+                             const std::string& name) {
+  SignalFigure figure{.name = "spectrum", .caption = {}, .plot = {}};
+  figure.caption =
+      "Amplitudes of the force on the plateau, as read and after the steps: what filter and "
+      "compensation of the dynamometer took away or gave back.";
+  figure.plot = {
+      .title = name + ": spectrum of the plateau",
+      .x = {.label = "frequency, Hz", .low = 0.0, .high = 0.5 * raw.rate},
+      .panels = {{.y = {.label = "amplitude of F, N", .logarithmic = true}, .series = {}}}};
+  std::vector<Series>& series = figure.plot.panels[0].series;
+  series.push_back(spectrum_of("as read", raw, done.segments.plateau));
+  series.back().colour = 7;
+  series.push_back(spectrum_of("after the steps", done.record, done.segments.plateau));
+  series.back().colour = 0;
+  return figure;
+}
+
 SignalFigure mean_figure(const ProcessedRecord& done, const std::string& name) {
   const ForceRecord plateau = identify::cut_out(done.record, done.segments.plateau);
   const double begin = static_cast<double>(done.segments.plateau.begin) / plateau.rate;
@@ -197,8 +244,9 @@ SignalFigure harmonics_figure(const ProcessedRecord& done, int flutes, const std
 
 std::vector<SignalFigure> figures_of(const ForceRecord& raw, const ProcessedRecord& processed,
                                      int flutes, const std::string& name) {
-  std::vector<SignalFigure> out{record_figure(raw, processed, name),
-                                close_figure(raw, processed, name), mean_figure(processed, name)};
+  std::vector<SignalFigure> out{
+      record_figure(raw, processed, name), close_figure(raw, processed, name),
+      spectrum_figure(raw, processed, name), mean_figure(processed, name)};
   if (processed.revolution) {
     out.push_back(revolution_figure(processed, name));
     out.push_back(harmonics_figure(processed, flutes, name));
