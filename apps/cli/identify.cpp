@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "documents.hpp"
@@ -159,9 +160,17 @@ Rows combined_rows(const Instantaneous& records, double confidence) {
   return rows;
 }
 
+/// What the others say of a record; none where it did not go in, or alone.
+const LeftOutRecord* left_out(const Instantaneous& records, const std::string& name) {
+  const auto& all = records.combined.leave_one;
+  const auto one = std::find_if(all.begin(), all.end(),
+                                [&](const LeftOutRecord& out) { return out.name == name; });
+  return one == all.end() ? nullptr : &*one;
+}
+
 Rows record_rows(const Instantaneous& records) {
-  Rows rows = {
-      {"record", "run-out, um", "residual Fx, Fy, Fz, N", "explained by scatter, N", "condition"}};
+  Rows rows = {{"record", "run-out, um", "residual Fx, Fy, Fz, N", "explained by scatter, N",
+                "condition", "off the others", "influence"}};
   for (std::size_t i = 0; i < records.fits.size(); ++i) {
     const InstantaneousFit& fit = records.fits[i];
     rows.push_back({records.names[i], number(fit.run_out.offset / units::um),
@@ -170,6 +179,9 @@ Rows record_rows(const Instantaneous& records) {
                     fmt::format("{:.2f} {:.2f} {:.2f}", fit.noise_rms.x(), fit.noise_rms.y(),
                                 fit.noise_rms.z()),
                     number(fit.condition_number)});
+    const LeftOutRecord* out = left_out(records, records.names[i]);
+    rows.back().push_back(out == nullptr ? "" : fmt::format("{:.2g} errors", out->ratio));
+    rows.back().push_back(out == nullptr ? "" : fmt::format("{:.2f}", out->influence));
   }
   return rows;
 }
@@ -194,6 +206,7 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
   document["coefficients"] =
       estimates_json(records.combined.coefficients, records.combined.coefficients.size());
   document["birge_ratio"] = records.combined.birge_ratio;
+  document["condition_number"] = records.combined.condition_number;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < records.fits.size(); ++i) {
     const InstantaneousFit& fit = records.fits[i];
@@ -210,6 +223,10 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
          {"verdict", fit.verdict}});
   }
   document["records"] = list;
+  for (const LeftOutRecord& one : records.combined.leave_one) {
+    document["leave_one_out"].push_back(
+        {{"name", one.name}, {"ratio", one.ratio}, {"influence", one.influence}});
+  }
   const Rows combined = combined_rows(records, input.options.fit.confidence);
   if (shown.rows != combined) shown.tables.push_back(combined);
   shown.tables.push_back(record_rows(records));
@@ -224,6 +241,12 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
                     records.combined.birge_ratio > 1.0 ? ", and the errors are widened by it" : "");
   }
   shown.sentences.push_back(text + ".");
+  for (const LeftOutRecord& one : records.combined.leave_one) {
+    if (one.ratio <= 3.0) continue;
+    shown.sentences.push_back(
+        fmt::format("{}: its coefficients are {:.2g} errors off those of the other cuts together.",
+                    one.name, one.ratio));
+  }
   for (std::size_t i = 0; i < records.fits.size(); ++i) {
     for (const std::string& sentence : records.fits[i].verdict) {
       shown.sentences.push_back(records.names[i] + ": " + sentence + ".");

@@ -20,6 +20,7 @@ CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
   CombinedRecords result;
   result.units = units;
   std::vector<const InstantaneousFit*> used;
+  std::vector<std::string> used_names;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     // A component that came out negative is not among the units of its fit.
     const bool determined = fits[i].units.size() == units.size() &&
@@ -27,6 +28,7 @@ CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
                                         [](const Estimate& one) { return one.determined; });
     if (determined) {
       used.push_back(&fits[i]);
+      used_names.push_back(names[i]);
     } else {
       result.left_out.push_back(names[i]);
     }
@@ -66,6 +68,20 @@ CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
     result.birge_ratio = std::sqrt(chi2 / degrees);
   }
   const double widening = std::max(1.0, result.birge_ratio);
+  const auto inverse = [&](const MatrixXd& m) -> MatrixXd {
+    return m.ldlt().solve(MatrixXd::Identity(p, p));
+  };
+  for (std::size_t i = 0; i < used.size() && used.size() > 1; ++i) {
+    const MatrixXd own = weight_of(*used[i]);
+    const MatrixXd others = weight - own;
+    const VectorXd without = others.ldlt().solve(sum - own * values_of(*used[i]));
+    const VectorXd off = values_of(*used[i]) - without;
+    const VectorXd shift = mean - without;
+    result.leave_one.push_back(
+        {used_names[i],
+         std::sqrt(off.dot(inverse(inverse(own) + inverse(others)) * off) / static_cast<double>(p)),
+         shift.dot(weight * shift) / (static_cast<double>(p) * widening * widening)});
+  }
   result.covariance =
       widening * widening *
       (scale.asDiagonal() * weight.ldlt().solve(MatrixXd::Identity(p, p)) * scale.asDiagonal());

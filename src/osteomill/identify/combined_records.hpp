@@ -9,6 +9,15 @@
 
 namespace osteomill::identify {
 
+/// One cut left out: what the others say of it, and what it does to them all.
+struct LeftOutRecord {
+  std::string name;
+  /// Root of the mean square of its coefficients less those of the others together, over the errors
+  /// of both: about 1 where they agree.
+  double ratio = 0.0;
+  double influence = 0.0;  ///< as Cook's distance: above 1 the coefficients rest on it
+};
+
 /// The coefficients of several cuts of one bone, each fitted over its revolutions, as one set.
 struct CombinedRecords {
   std::vector<UnitForce> units;        ///< of the law
@@ -19,6 +28,7 @@ struct CombinedRecords {
   /// Root of chi squared over its degrees of freedom: above 1 the cuts differ by more than their
   /// errors explain, and the errors are widened by it ([birge1932]).
   double birge_ratio = 1.0;
+  std::vector<LeftOutRecord> leave_one;  ///< of those that went in; empty for one alone
   double degrees_of_freedom = 0.0;
   double condition_number = 0.0;  ///< of the combined covariance's correlations
 };

@@ -67,5 +67,22 @@ TEST(CombinedRecords, IntervalsHoldTheTruthAsOftenAsTheySay) {
   EXPECT_GT(static_cast<double>(inside) / count, 0.935);
 }
 
+TEST(CombinedRecords, NameTheCutThatTheOthersDoNotExpect) {
+  const auto all = combine_records({fit_of(1.00e8, 10.0, 1e6, 1.0), fit_of(1.01e8, 10.5, 1e6, 1.0),
+                                    fit_of(0.99e8, 9.5, 1e6, 1.0), fit_of(1.10e8, 10.0, 1e6, 1.0)},
+                                   {"1", "2", "3", "4"}, kUnits);
+  ASSERT_EQ(all.leave_one.size(), 4U);
+  // Ten errors off in one of two coefficients: 10 / sqrt(1 + 1/3) over the root of two.
+  EXPECT_NEAR(all.leave_one[3].ratio, 10.0 / std::sqrt(4.0 / 3.0) / std::sqrt(2.0), 1e-6);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(all.leave_one[i].ratio, all.leave_one[3].ratio);
+    EXPECT_LT(all.leave_one[i].influence, all.leave_one[3].influence);
+  }
+  // What the law of a mean gives: the shift is a quarter of the distance to the others.
+  const double shift = 0.25 * 10.0;
+  EXPECT_NEAR(all.leave_one[3].influence,
+              shift * shift * 4.0 / 2.0 / (all.birge_ratio * all.birge_ratio), 1e-6);
+}
+
 }  // namespace
 }  // namespace osteomill::identify
