@@ -70,12 +70,13 @@ inline std::string program_of(const SimulateCase& input) {
 }
 
 /// Without a realtime kernel a busy computer may keep a process waiting until the supervisor or the
-/// watchdog stops the machine, as they should. What is tested here is what happens when it does
-/// not.
+/// watchdog stops the machine, as they should; or the thread that plays the bone, whose forces are
+/// too old then. What is tested here is what happens when it does not.
 inline bool starved(const std::optional<MachineStop>& stop) {
   if (!stop) return false;
   std::printf("stopped: %s %s\n", control::name(stop->event.cause), stop->detail);
-  return stop->event.cause == Cause::machine_lost || stop->event.cause == Cause::controller_overrun;
+  return stop->event.cause == Cause::machine_lost ||
+         stop->event.cause == Cause::controller_overrun || stop->event.cause == Cause::sensor_stale;
 }
 
 /// What a shell command prints, without the end of the line.
