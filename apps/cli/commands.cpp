@@ -13,6 +13,7 @@
 #include "osteomill/io/robot_chain_case.hpp"
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/io/study_case.hpp"
+#include "osteomill/io/tune_case.hpp"
 #include "osteomill/io/vibration_case.hpp"
 
 namespace osteomill::cli {
@@ -42,6 +43,7 @@ void add_stability(CLI::App& program);
 void add_simulate(CLI::App& program);
 void add_study(CLI::App& program);
 void add_study_plan(CLI::App& program);
+void add_tune(CLI::App& program);
 
 const std::vector<Command>& commands() {
   static const std::vector<Command> list = {
@@ -70,6 +72,7 @@ const std::vector<Command>& commands() {
       {"study", add_study, io::bind_study},
       {"study plan", add_study_plan, io::bind_study_plan},
       {"simulate", add_simulate, io::bind_simulate_keys},
+      {"tune", add_tune, io::bind_tune_keys},
   };
   return list;
 }

@@ -18,6 +18,7 @@
 #include "osteomill/io/simulate_report.hpp"
 #include "osteomill/io/simulate_result.hpp"
 #include "osteomill/io/text_file.hpp"
+#include "simulated_runs.hpp"
 
 namespace osteomill::cli {
 namespace {
@@ -150,23 +151,6 @@ io::RunOptions options_of(const Arguments& arguments, Around& around) {
   return options;
 }
 
-void print(const Arguments& arguments, const std::vector<io::SimulatedRun>& runs,
-           const nlohmann::ordered_json& document) {
-  switch (arguments.common.format) {
-    case Format::json:
-      print_json(document);
-      break;
-    case Format::csv:
-      print_csv(io::table_of(runs));
-      break;
-    case Format::table:
-      print_table(io::table_of(runs));
-      for (const std::string& sentence : io::comparisons_of(runs)) fmt::print("{}\n", sentence);
-      for (const std::string& sentence : io::variants_of(runs)) fmt::print("{}\n", sentence);
-      break;
-  }
-}
-
 void write_directory(const Arguments& arguments, const std::vector<io::SimulatedRun>& runs,
                      const nlohmann::ordered_json& summary, double wall_time) {
   const std::string program = "osteomill " OSTEOMILL_VERSION;
@@ -200,7 +184,11 @@ void write_program(const Arguments& arguments, const std::vector<io::SimulateCas
 }
 
 /// What does not go together, all at once.
-void check_options(const Arguments& arguments, std::size_t runs) {
+void check_options(const Arguments& arguments, const std::vector<io::SimulateCase>& cases) {
+  const std::size_t runs = cases.size();
+  const bool drives_spindle =
+      std::any_of(cases.begin(), cases.end(),
+                  [](const io::SimulateCase& one) { return one.machine.spindle.has_value(); });
   std::vector<Fault> faults;
   const bool linuxcnc = arguments.plant == "linuxcnc";
   if (arguments.plant == "replay" && arguments.recording.empty()) {
@@ -215,6 +203,12 @@ void check_options(const Arguments& arguments, std::size_t runs) {
   }
   if (!linuxcnc && !arguments.machine.empty()) {
     faults.push_back({"--machine", arguments.machine.string(), "needs --plant linuxcnc", ""});
+  }
+  if (linuxcnc && drives_spindle) {
+    faults.push_back({"machine.spindle", "",
+                      "is for --plant simulate: LinuxCNC keeps the "
+                      "programmed speed",
+                      "--set is not enough: leave the table out"});
   }
   const std::string many = std::to_string(runs) + " runs";
   if (runs != 1 && !arguments.recording.empty()) {
@@ -232,8 +226,17 @@ void check_options(const Arguments& arguments, std::size_t runs) {
 void run(const Arguments& arguments) {
   const double begin = now();
   const std::vector<io::SimulateCase> cases = chosen(arguments);
-  check_options(arguments, cases.size());
-  if (arguments.plant == "replay") return replay(arguments, cases.front());
+  check_options(arguments, cases);
+  if (arguments.plant == "replay") {
+    io::SimulateCase input = cases.front();
+    if (input.model_predictive && input.stock.kind != io::StockKind::line_profile) {
+      throw InvalidInput(Fault{"--plant", "replay",
+                               "finds the map of a model-predictive law for line profiles only",
+                               "simulate the stock again"});
+    }
+    io::settle_law(input);
+    return replay(arguments, input);
+  }
   if (!arguments.program.empty()) return write_program(arguments, cases);
 
   Around around;
@@ -251,7 +254,7 @@ void run(const Arguments& arguments) {
   const double wall_time = now() - begin;
 
   const nlohmann::ordered_json document = io::control_document_of(runs, wall_time, lateness);
-  print(arguments, runs, document);
+  print_runs(arguments.common.format, runs, document, io::variants_of(runs));
   if (!arguments.common.directory.empty()) write_directory(arguments, runs, document, wall_time);
   if (interrupted()) throw Interrupted{};
   for (const io::SimulatedRun& done : runs) {

@@ -14,6 +14,7 @@
 #include "osteomill/io/simulate_report.hpp"
 #include "osteomill/io/simulate_result.hpp"
 #include "osteomill/io/text_file.hpp"
+#include "simulated_runs.hpp"
 
 namespace osteomill::cli {
 namespace {
@@ -65,7 +66,19 @@ void run(const CaseArguments& arguments) {
       if (said.insert(warning).second) warn(warning);
     }
   }
-  switch (arguments.format) {
+  print_runs(arguments.format, runs, document);
+  if (!arguments.directory.empty()) {
+    write_directory(arguments.directory, arguments.case_file.stem().string(), runs, document,
+                    wall_time);
+  }
+  if (interrupted()) throw Interrupted{};
+}
+
+}  // namespace
+
+void print_runs(Format format, const std::vector<io::SimulatedRun>& runs,
+                const nlohmann::ordered_json& document, const std::vector<std::string>& more) {
+  switch (format) {
     case Format::json:
       print_json(document);
       break;
@@ -75,16 +88,10 @@ void run(const CaseArguments& arguments) {
     case Format::table:
       print_table(io::table_of(runs));
       for (const std::string& sentence : io::comparisons_of(runs)) fmt::print("{}\n", sentence);
+      for (const std::string& sentence : more) fmt::print("{}\n", sentence);
       break;
   }
-  if (!arguments.directory.empty()) {
-    write_directory(arguments.directory, arguments.case_file.stem().string(), runs, document,
-                    wall_time);
-  }
-  if (interrupted()) throw Interrupted{};
 }
-
-}  // namespace
 
 void add_simulate(CLI::App& program) {
   auto arguments = std::make_shared<CaseArguments>();

@@ -15,6 +15,7 @@ struct Proposal {
   double wanted = 0.0;
   double feed = 0.0;
   Mode mode = Mode::constant;
+  double spindle_speed = 0.0;
 };
 
 /// Updates the law's part of the state. `ceiling`: largest feed allowed here.
@@ -27,12 +28,19 @@ Proposal propose(const FeedController& controller, ControllerState& state, const
   }
   if (const ModelAdaptive* law = std::get_if<ModelAdaptive>(&controller.law)) {
     // Just past a predicted entry the forces that would tell the gain have not come yet.
-    const bool entering = seen.to_contact < 0.0 && seen.to_contact > -law->options().settle;
-    const double entry = controller.predictive && entering ? controller.predictive->entry_feed
-                                                           : controller.limits.highest;
+    double entry = controller.limits.highest;
+    if (controller.predictive && seen.to_contact < 0.0 &&
+        seen.to_contact > -law->options().settle - controller.predictive->uncertainty) {
+      entry = controller.predictive->entry_feed;
+    }
     const ModelAdaptive::Step next = law->step(state.model, seen, std::min(entry, ceiling));
     state.model = next.state;
     return {next.wanted, next.command, Mode::adaptive};
+  }
+  if (const ModelPredictive* law = std::get_if<ModelPredictive>(&controller.law)) {
+    const ModelPredictive::Step next = law->step(state.predictive, seen, controller.limits.highest);
+    state.predictive = next.state;
+    return {next.wanted, next.command, Mode::adaptive, next.spindle_speed};
   }
   const ConstantFeed* constant = std::get_if<ConstantFeed>(&controller.law);
   const double feed = constant->feed.value_or(seen.programmed_feed);
@@ -82,7 +90,8 @@ void check(const FeedController& controller) {
 double entry_limit(const PredictiveMode& mode, const Observation& seen) noexcept {
   const bool near = seen.to_contact <= mode.lead + mode.uncertainty;
   const bool held = seen.to_contact >= -(mode.hold + mode.uncertainty);
-  const bool inside = near && (held || (mode.until_engaged && seen.entering));
+  const bool engaging = mode.until_engaged && seen.to_engagement >= -mode.uncertainty;
+  const bool inside = near && (held || engaging);
   return inside ? mode.entry_feed : std::numeric_limits<double>::infinity();
 }
 
@@ -95,6 +104,7 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
   const Proposal proposal = propose(controller, next.state, seen, std::min(entry, limits.highest));
   double feed = std::clamp(proposal.feed, limits.lowest, limits.highest);
   next.command.mode = proposal.mode;
+  next.command.spindle_speed = proposal.spindle_speed;
   next.command.saturated = proposal.wanted >= limits.highest;
   if (entry < limits.highest && proposal.wanted >= entry) {
     feed = std::min(feed, entry);
@@ -104,9 +114,10 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
   const double largest_change = limits.acceleration * controller.period;
   feed = std::clamp(feed, state.feed - largest_change, state.feed + largest_change);
 
-  // to_contact may be infinite, so only NaN counts against it.
-  if (!std::isfinite(feed) || !std::isfinite(seen.mean_force) || std::isnan(seen.to_contact)) {
-    next.command = {0.0, Mode::stopped, false};
+  // Ways to an entry may be infinite, so only NaN counts against them.
+  if (!std::isfinite(feed) || !std::isfinite(seen.mean_force) || std::isnan(seen.to_contact) ||
+      std::isnan(seen.to_engagement)) {
+    next.command = {};
     next.state = state;
     next.state.feed = 0.0;
     return next;
@@ -115,6 +126,9 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
   next.state.feed = feed;
   if (const ModelAdaptive* law = std::get_if<ModelAdaptive>(&controller.law)) {
     next.state.model.servo = law->after(next.state.model.servo, feed);
+  }
+  if (const ModelPredictive* law = std::get_if<ModelPredictive>(&controller.law)) {
+    next.state.predictive.servo = law->after(next.state.predictive.servo, feed);
   }
   return next;
 }

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "osteomill/control/model_adaptive.hpp"
+#include "osteomill/control/model_predictive.hpp"
 #include "osteomill/control/plant.hpp"
 #include "osteomill/control/sugita_loop.hpp"
 
@@ -39,7 +40,7 @@ struct PredictiveMode {
 
 /// A law, its limits and, where the entry into bone is known, the predictive mode.
 struct FeedController {
-  std::variant<ConstantFeed, SugitaLoop, ModelAdaptive> law;
+  std::variant<ConstantFeed, SugitaLoop, ModelAdaptive, ModelPredictive> law;
   FeedLimits limits;
   std::optional<PredictiveMode> predictive;
   double period = 10e-3;  ///< between two commands, s
@@ -53,6 +54,7 @@ struct ControllerState {
   double feed = 0.0;  ///< last command, limits applied: so the accumulator cannot wind up, m/s
   SugitaState sugita;
   ModelAdaptiveState model;
+  ModelPredictiveState predictive;
 };
 
 struct ControlStep {

@@ -150,10 +150,10 @@ TEST(FeedController, GoesNoFasterThanTheEntryFeedAroundThePredictedContactAndKee
   EXPECT_GT(step(controller, slowed.state, seen).command.feed, 3e-3);
 }
 
-double limit_at(const PredictiveMode& mode, double to_contact, bool entering = false) {
+double limit_at(const PredictiveMode& mode, double to_contact) {
   Observation seen;
   seen.to_contact = to_contact;
-  seen.entering = entering;
+  seen.to_engagement = to_contact + 2.646e-3;
   return entry_limit(mode, seen);
 }
 
@@ -169,10 +169,14 @@ TEST(FeedController, UncertaintyOfTheContactWidensTheSlowZoneOnBothSides) {
 
 TEST(FeedController, HoldsTheEntryFeedUntilFullEngagementWhenAsked) {
   PredictiveMode mode;
-  EXPECT_TRUE(std::isinf(limit_at(mode, -2e-3, true)));
+  EXPECT_TRUE(std::isinf(limit_at(mode, -2e-3)));
   mode.until_engaged = true;
-  EXPECT_EQ(limit_at(mode, -2e-3, true), mode.entry_feed);
-  EXPECT_TRUE(std::isinf(limit_at(mode, -2.7e-3, false)));
+  EXPECT_EQ(limit_at(mode, -2e-3), mode.entry_feed);
+  EXPECT_TRUE(std::isinf(limit_at(mode, -2.7e-3)));
+  // Where the contact may come later, so may the engagement.
+  mode.uncertainty = 1e-3;
+  EXPECT_EQ(limit_at(mode, -3.6e-3), mode.entry_feed);
+  EXPECT_TRUE(std::isinf(limit_at(mode, -3.7e-3)));
 }
 
 TEST(FeedController, LimitsTheRateOfTheCommandBothWays) {
@@ -212,13 +216,17 @@ TEST(FeedController, StepTakesNothingFromTheHeapAndCannotThrow) {
                     std::declval<const Observation&>())));
   FeedController adaptive;
   adaptive.law = ModelAdaptive(ModelAdaptiveOptions{});
-  for (FeedController controller : {published(), adaptive, FeedController{}}) {
+  FeedController predictive;
+  predictive.law = ModelPredictive(ModelPredictiveOptions{}, {0.1e-3, std::vector<double>(200, 3e3),
+                                                              std::vector<double>(200, 1.0)});
+  for (FeedController controller : {published(), adaptive, predictive, FeedController{}}) {
     controller.predictive = PredictiveMode{};
     ControllerState state;
     Observation seen = force(9.0);
     const long before = allocations;
     for (int i = 0; i < 1000; ++i) {
       seen.to_contact = 5e-3 - 1e-5 * i;
+      seen.position = 1e-5 * i;
       seen.mean_force = i == 500 ? kNan : 9.0 + i % 7;
       state = step(controller, state, seen).state;
     }

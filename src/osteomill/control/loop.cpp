@@ -10,8 +10,13 @@ namespace {
 constexpr std::size_t kManyPeriods = 1 << 20;
 constexpr int kLongestStop = 100;  // control periods until a stopped plant is taken to rest
 
-SupervisorInput input_of(const Observation& seen, const FeedCommand& command,
-                         double compute_time) noexcept {
+void come_to_rest(Plant& plant, double feed) {
+  for (int i = 0; i < kLongestStop && feed > 0.05e-3; ++i) feed = plant.advance({}).feed;
+}
+
+}  // namespace
+
+SupervisorInput input_of(const Observation& seen, const FeedCommand& command) noexcept {
   SupervisorInput input;
   input.clock = seen.time;
   input.sample_clock = seen.sample_time;
@@ -20,17 +25,12 @@ SupervisorInput input_of(const Observation& seen, const FeedCommand& command,
   input.torque = seen.mean_torque;
   input.tooth_line = seen.tooth_line;
   input.revolution_line = seen.revolution_line;
+  input.temperature = seen.temperature;
+  input.no_go_distance = seen.no_go_distance;
   input.feed = seen.feed;
   input.command = command.feed;
-  input.compute_time = compute_time;
   return input;
 }
-
-void come_to_rest(Plant& plant, double feed) {
-  for (int i = 0; i < kLongestStop && feed > 0.05e-3; ++i) feed = plant.advance({}).feed;
-}
-
-}  // namespace
 
 LoopSummary run(Plant& plant, const FeedController& controller, const LoopOptions& options,
                 const Progress& progress) {
@@ -48,7 +48,8 @@ LoopSummary run(Plant& plant, const FeedController& controller, const LoopOption
     const double begin = options.clock ? options.clock() : 0.0;
     ControlStep next = step(controller, state, seen);
     if (options.supervisor) {
-      SupervisorInput input = input_of(seen, next.command, options.real_time ? compute_time : 0.0);
+      SupervisorInput input = input_of(seen, next.command);
+      if (options.real_time) input.compute_time = compute_time;
       if (options.disturb) options.disturb(input);
       const SupervisorStep verdict = supervise(*options.supervisor, watch, input);
       watch = verdict.state;

@@ -51,6 +51,9 @@ struct LoopSummary {
   int overruns = 0;                   ///< steps that took longer than the period
 };
 
+/// What the supervisor sees of a period: no compute time, no faults of sensor and machine.
+SupervisorInput input_of(const Observation& seen, const FeedCommand& command) noexcept;
+
 /// Runs a controller on a plant as fast as the plant answers. With a supervisor every command goes
 /// through it; when it stops, the plant gets feed zero until it rests, and the loop ends.
 LoopSummary run(Plant& plant, const FeedController& controller, const LoopOptions& options,

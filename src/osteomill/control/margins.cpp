@@ -106,4 +106,10 @@ Margins margins(const LinearPlant& plant, double gain) {
   return found;
 }
 
+std::complex<double> open_loop(const LinearPlant& plant, double gain, double frequency) {
+  require_within("frequency", frequency * plant.period / std::numbers::pi, 1e-9, 1.0 + 1e-9,
+                 "of the Nyquist frequency");
+  return gain * plant.force_gain * Shape(plant)(frequency * plant.period);
+}
+
 }  // namespace osteomill::control

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <complex>
 #include <optional>
 
 #include "osteomill/control/sugita_loop.hpp"
@@ -31,5 +32,8 @@ struct Margins {
 /// period under a held command, by its frequency response up to the Nyquist frequency.
 /// @param gain  g, m/s per N of the taps' sum: gain_on_sum(loop, loop.gain_up) for example.
 Margins margins(const LinearPlant& plant, double gain);
+
+/// L(e^{i w T}) of the same loop at a frequency in (0, pi/T], rad/s.
+std::complex<double> open_loop(const LinearPlant& plant, double gain, double frequency);
 
 }  // namespace osteomill::control

@@ -12,6 +12,7 @@ struct Observation {
   double time = 0.0;             ///< since the start, s
   double position = 0.0;         ///< along the path, m
   double feed = 0.0;             ///< at the end of the period, m/s
+  double spindle_speed = 0.0;    ///< rad/s; 0: not known
   double programmed_feed = 0.0;  ///< what the path asks for here, m/s
   double mean_force = 0.0;       ///< mean of the sampled magnitude over whole revolutions, N
   double peak_force = 0.0;       ///< largest sampled magnitude of the period, N
@@ -22,7 +23,11 @@ struct Observation {
   /// Along the path to the nearest predicted entry into bone, m: positive before it, negative past
   /// it until the next entry is nearer; infinite when none is predicted.
   double to_contact = std::numeric_limits<double>::infinity();
-  bool entering = false;  ///< the cutter is past an entry and not yet fully engaged there
+  /// The same to where the cutter is fully engaged there.
+  double to_engagement = std::numeric_limits<double>::infinity();
+  double temperature = 0.0;  ///< of the hottest bone now, K; 0: not known
+  /// From the tool to the nearest no-go region, m; infinite when there is none.
+  double no_go_distance = std::numeric_limits<double>::infinity();
   bool finished = false;  ///< the path has come to its end
 };
 
@@ -39,7 +44,8 @@ const char* name(Mode mode);
 struct FeedCommand {
   double feed = 0.0;  ///< m/s
   Mode mode = Mode::stopped;
-  bool saturated = false;  ///< the law asks for no less than the largest feed
+  bool saturated = false;      ///< the law asks for no less than the largest feed
+  double spindle_speed = 0.0;  ///< rad/s; 0: the programmed one
 };
 
 /// What a controller acts on: a simulation, a recording or a machine.

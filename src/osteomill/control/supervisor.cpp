@@ -76,6 +76,10 @@ Fault find(const SupervisorLimits& limits, const SupervisorState& before,
   if (!(in.compute_time <= limits.period)) {
     return {Cause::controller_overrun, in.compute_time, limits.period};
   }
+  if (in.periods_unseen > limits.watchdog_periods) {
+    return {Cause::supervisor_starved, static_cast<double>(in.periods_unseen),
+            static_cast<double>(limits.watchdog_periods)};
+  }
   return {};
 }
 
@@ -86,11 +90,23 @@ bool spindle_itself(Cause cause) {
 }  // namespace
 
 const char* name(Cause cause) {
-  static constexpr std::array<const char*, kCauses> names = {
-      "none",          "force-overload", "torque-overload",  "force-rate",
-      "tool-breakage", "stall",          "temperature",      "no-go",
-      "command-range", "sensor-stale",   "sensor-saturated", "sensor-not-a-number",
-      "sensor-frozen", "clock-jump",     "machine-lost",     "controller-overrun"};
+  static constexpr std::array<const char*, kCauses> names = {"none",
+                                                             "force-overload",
+                                                             "torque-overload",
+                                                             "force-rate",
+                                                             "tool-breakage",
+                                                             "stall",
+                                                             "temperature",
+                                                             "no-go",
+                                                             "command-range",
+                                                             "sensor-stale",
+                                                             "sensor-saturated",
+                                                             "sensor-not-a-number",
+                                                             "sensor-frozen",
+                                                             "clock-jump",
+                                                             "machine-lost",
+                                                             "controller-overrun",
+                                                             "supervisor-starved"};
   return names[static_cast<std::size_t>(cause)];
 }
 
@@ -103,6 +119,8 @@ void check(const SupervisorLimits& limits) {
   require_positive("supervisor.sample_age_ms", limits.sample_age / units::ms, "ms");
   require_positive("supervisor.period_ms", limits.period / units::ms, "ms");
   require_within("supervisor.frozen_periods", limits.frozen_periods, 0, 1000, "");
+  require_positive("supervisor.temperature_c", limits.temperature, "K");
+  require_within("supervisor.watchdog_periods", limits.watchdog_periods, 1, 1000, "");
   require_non_negative("supervisor.no_go_margin_mm", limits.no_go_margin / units::mm, "mm");
 }
 

@@ -25,9 +25,10 @@ enum class Cause : std::uint8_t {
   clock_jump,           ///< the clock went back or skipped
   machine_lost,         ///< the machine does not answer
   controller_overrun,   ///< the controller took longer than its period
+  supervisor_starved,   ///< the supervisor itself did not look for too long
 };
 
-inline constexpr int kCauses = static_cast<int>(Cause::controller_overrun) + 1;
+inline constexpr int kCauses = static_cast<int>(Cause::supervisor_starved) + 1;
 const char* name(Cause cause);
 
 /// What the supervisor allows. Its limits are its own: they do not come from the controller.
@@ -47,6 +48,7 @@ struct SupervisorLimits {
       10;  ///< in a row; 0: not looked for, as a simulated sensor without noise needs
   double period = 10e-3;         ///< of control, s
   double clock_tolerance = 1.5;  ///< periods that the clock may skip
+  int watchdog_periods = 5;      ///< without a look of the supervisor
   double spindle_delay = 0.1;    ///< from the feed hold to the spindle's inhibit at the latest, s
 };
 
@@ -67,6 +69,7 @@ struct SupervisorInput {
   double feed = 0.0;                                                ///< of the tool, m/s
   double command = 0.0;       ///< what the controller asks for, m/s
   double compute_time = 0.0;  ///< of the controller's last step, s
+  int periods_unseen = 0;     ///< since the supervisor looked last, this one not counted
   /// How long the samples took that came since the last look, s; 0: not known. After a late look
   /// more of them come at once than the clock tells.
   double sample_span = 0.0;

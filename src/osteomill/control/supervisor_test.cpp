@@ -82,6 +82,7 @@ std::vector<Injection> injections() {
       {Cause::machine_lost, [](In& in) { in.feed = kNan; }, 1},
       {Cause::controller_overrun, [](In& in) { in.compute_time = 11e-3; }, 1},
       {Cause::controller_overrun, [](In& in) { in.compute_time = kNan; }, 1},
+      {Cause::supervisor_starved, [](In& in) { in.periods_unseen = 6; }, 1},
   };
 }
 

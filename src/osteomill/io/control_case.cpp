@@ -13,6 +13,7 @@
 #include "osteomill/io/section.hpp"
 #include "osteomill/io/simulate_result.hpp"
 #include "osteomill/simulate/variants.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -64,6 +65,14 @@ void bind_supervisor(Section& section, control::SupervisorLimits& limits) {
              "longest time with a command and no motion", Need::optional);
     s.number("sample_age_ms", limits.sample_age, {units::ms, "ms"}, positive(),
              "oldest sample that is believed", Need::optional);
+    double celsius = limits.temperature - thermal::kZeroCelsius;
+    s.number("temperature_c", celsius, {1.0, "°C"}, between(-50, 300),
+             "hottest bone; known with [heat]", Need::optional);
+    limits.temperature = celsius + thermal::kZeroCelsius;
+    s.number("no_go_margin_mm", limits.no_go_margin, {units::mm, "mm"}, non_negative(),
+             "least distance from the tool to a no-go region", Need::optional);
+    s.integer("watchdog_periods", limits.watchdog_periods, between(1, 1000),
+              "control periods that may go by without a look of the supervisor", Need::optional);
   });
 }
 
@@ -102,8 +111,10 @@ void expand(const ControlCase& one, std::vector<SimulateCase>& cases) {
     throw InvalidInput(Fault{"variants.count", std::to_string(one.count),
                              "needs stock.kind = \"line-profile\"", "leave [variants] out"});
   }
+  simulate::VariantOptions variants = one.variants;
+  variants.map_error = job.map.trust.position_error;
   for (int number = 0; number < one.count; ++number) {
-    const simulate::Variant variant = simulate::vary(job.stock.profile, job.machine, one.variants,
+    const simulate::Variant variant = simulate::vary(job.stock.profile, job.machine, variants,
                                                      static_cast<std::uint64_t>(number));
     SimulateCase made = job;
     made.name = fmt::format("{}-{:02}", job.name, number);
@@ -132,6 +143,15 @@ Json quantile(std::vector<int> values, double share) {
 /// From the cycle in which the fault was seen, ms at a servo period of 1 ms.
 Json after(const std::optional<std::uint32_t>& cycle, std::uint32_t seen) {
   return cycle ? Json(static_cast<std::int32_t>(*cycle - seen)) : Json(nullptr);
+}
+
+Json stop_of(const SupervisedStop& stop) {
+  const auto after = [&](const std::optional<double>& time) {
+    return time ? Json((*time - stop.event.time) / units::ms) : Json(nullptr);
+  };
+  return {{"feed_held_after_ms", after(stop.held)},
+          {"at_rest_after_ms", after(stop.rest)},
+          {"spindle_inhibited_after_ms", after(stop.spindle)}};
 }
 
 Json machine_of(const SimulatedRun& run) {
@@ -207,6 +227,7 @@ Json control_document_of(const std::vector<SimulatedRun>& runs, double wall_time
                         {"cause", control::name(event.cause)},
                         {"value", std::isfinite(event.value) ? Json(event.value) : Json(nullptr)},
                         {"limit", event.limit}});
+      if (run.stop) events.back()["stop"] = stop_of(*run.stop);
     }
     times.insert(times.end(), run.loop.compute_times.begin(), run.loop.compute_times.end());
     overruns += run.loop.overruns;

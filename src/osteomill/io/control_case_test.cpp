@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/io/control_case.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/base/random.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/paced_plant.hpp"
 #include "osteomill/io/simulate_result.hpp"
@@ -46,6 +48,44 @@ TEST(Control, OnSixteenVariantsTheModelAdaptiveLawIsFasterAndAboveTheLimitATwent
   EXPECT_LE(adaptive.time / 16.0, 40.0);
   EXPECT_LT(adaptive.time, published.time);
   EXPECT_LE(adaptive.above, published.above / 20.0);
+}
+
+TEST(Control, EntryIntoCorticalBoneAtFullFeedKeepsTheSetForceForEveryErrorOfTheMap) {
+  Random random(3);
+  std::vector<double> offsets = {-1.0, 0.0, 1.0};
+  for (int i = 0; i < 3; ++i) offsets.push_back(random.uniform(-1.0, 1.0));
+  const double ripple = 1.48;  // peak over mean
+  for (const double offset : offsets) {
+    const auto runs = run_simulations(
+        read_control_cases(read_case(OSTEOMILL_SOURCE_DIR "/examples/bone_entry.toml",
+                                     {fmt::format("map.offset_mm={:.6f}", offset)})));
+    ASSERT_EQ(runs.size(), 5u);
+    // Nothing slows the first one: it shows what an entry takes.
+    EXPECT_GT(runs[0].summary.peak_force, 1.15 * 12.0 * ripple);
+    EXPECT_LE(runs[2].summary.peak_force, 1.15 * 12.0 * ripple) << offset;  // held, 12 N
+    EXPECT_LE(runs[3].summary.peak_force, 1.15 * 0.92 * 30.0) << offset;    // model-adaptive
+    EXPECT_LE(runs[4].summary.peak_force, 1.15 * 0.92 * 30.0) << offset;    // model-predictive
+    EXPECT_LT(runs[4].summary.cutting_time, runs[3].summary.cutting_time);
+  }
+  // Released before the cutter is fully engaged, the benefit is lost where the bone comes late.
+  const auto early = run_simulations(read_control_cases(
+      read_case(OSTEOMILL_SOURCE_DIR "/examples/bone_entry.toml", {"map.offset_mm=-1"})));
+  EXPECT_GT(early[1].summary.peak_force, 1.15 * 12.0 * ripple);
+}
+
+TEST(Control, TheModelPredictiveLawKeepsVariantsBelowTheLimitWithAMapThatIsWrongByUpToAMillimetre) {
+  std::vector<CaseRun> all =
+      read_case(OSTEOMILL_SOURCE_DIR "/examples/model_predictive.toml",
+                {"variants.count=6", "stock.zones.4.gain_n_per_mm_per_s=3.25"});
+  std::erase_if(all, [](const CaseRun& run) { return run.name != "model-predictive"; });
+  const auto runs = run_simulations(read_control_cases(all));
+  const Sum sum = sum_of(runs, "model-predictive");
+  ASSERT_EQ(sum.count, 6);
+  EXPECT_LE(sum.time / 6.0, 40.0);
+  EXPECT_EQ(sum.above, 0.0);
+  bool moved = false;
+  for (const SimulatedRun& run : runs) moved |= run.input.machine.map_offset != 0.0;
+  EXPECT_TRUE(moved);
 }
 
 TEST(Control, VariantsRunAgainFromTheExpandedCase) {

@@ -279,7 +279,7 @@ control::Observation LinuxcncPlant::wait_for_period() {
   const simulate::Report plan = plan_.plan_at(seen_.position);
   seen_.programmed_feed = plan.programmed_feed;
   seen_.to_contact = plan.to_contact;
-  seen_.entering = plan.entering;
+  seen_.to_engagement = plan.to_engagement;
   return seen_;
 }
 

@@ -24,11 +24,25 @@ constexpr auto kLook = 20ms;         // between two looks of the writer
 constexpr auto kFlush = 100ms;       // between two blocks
 constexpr std::size_t kChunk = 256;  // rows
 
-constexpr std::array kPeriodColumns = {
-    "time, s",         "sample time, s",     "position, m",   "feed, m/s",
-    "programmed, m/s", "mean force, N",      "peak force, N", "mean torque, N m",
-    "tooth line, N",   "revolution line, N", "to contact, m", "entering",
-    "finished",        "command, m/s",       "mode",          "saturated"};
+constexpr std::array kPeriodColumns = {"time, s",
+                                       "sample time, s",
+                                       "position, m",
+                                       "feed, m/s",
+                                       "programmed, m/s",
+                                       "mean force, N",
+                                       "peak force, N",
+                                       "mean torque, N m",
+                                       "tooth line, N",
+                                       "revolution line, N",
+                                       "to contact, m",
+                                       "to engagement, m",
+                                       "finished",
+                                       "command, m/s",
+                                       "mode",
+                                       "saturated",
+                                       "spindle speed, rad/s",
+                                       "temperature, K",
+                                       "spindle command, rad/s"};
 constexpr std::array kSampleColumns = {"number",       "force x, N",    "force y, N",
                                        "force z, N",   "torque x, N m", "torque y, N m",
                                        "torque z, N m"};
@@ -52,11 +66,14 @@ Row row_of(const RecordedPeriod& period) {
           seen.tooth_line,
           seen.revolution_line,
           seen.to_contact,
-          seen.entering ? 1.0 : 0.0,
+          seen.to_engagement,
           seen.finished ? 1.0 : 0.0,
           command.feed,
           static_cast<double>(command.mode),
-          command.saturated ? 1.0 : 0.0};
+          command.saturated ? 1.0 : 0.0,
+          seen.spindle_speed,
+          seen.temperature,
+          command.spindle_speed};
 }
 
 SampleRow row_of(const netft::Sample& sample) {
@@ -88,9 +105,12 @@ RecordedPeriod period_of(const double* row) {
   seen.tooth_line = row[8];
   seen.revolution_line = row[9];
   seen.to_contact = row[10];
-  seen.entering = row[11] != 0.0;
+  seen.to_engagement = row[11];
   seen.finished = row[12] != 0.0;
-  period.command = {row[13], static_cast<control::Mode>(static_cast<int>(row[14])), row[15] != 0.0};
+  period.command = {row[13], static_cast<control::Mode>(static_cast<int>(row[14])), row[15] != 0.0,
+                    row[18]};
+  seen.spindle_speed = row[16];
+  seen.temperature = row[17];
   return period;
 }
 
@@ -325,6 +345,8 @@ Replay replay(const std::vector<RecordedPeriod>& recording,
     state = next.state;
     const bool same = std::bit_cast<std::uint64_t>(next.command.feed) ==
                           std::bit_cast<std::uint64_t>(period.command.feed) &&
+                      std::bit_cast<std::uint64_t>(next.command.spindle_speed) ==
+                          std::bit_cast<std::uint64_t>(period.command.spindle_speed) &&
                       next.command.mode == period.command.mode &&
                       next.command.saturated == period.command.saturated;
     if (!same && result.different++ == 0) result.first_difference = result.periods;

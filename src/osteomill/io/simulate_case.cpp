@@ -51,6 +51,40 @@ void bind_model_adaptive(Section& s, control::ModelAdaptiveOptions& options) {
            "past a predicted entry, before the estimate is trusted with more feed", Need::optional);
 }
 
+void bind_model_predictive(Section& s, control::ModelPredictiveOptions& options) {
+  s.number("margin", options.margin, kPlain, between(0.05, 1.0),
+           "share of limits.force_n that the peak force is to reach", Need::optional);
+  s.number("confidence", options.confidence, kPlain, between(0.0, 10.0),
+           "standard errors that are added to the predicted strength", Need::optional);
+  s.number("floor_feed_mm_per_s", options.floor_feed, kMmPerS, positive(),
+           "never slower, so that the loop cannot stall", Need::optional);
+  s.number("unforeseen_rise_per_mm", options.unforeseen_rise, {1.0 / units::mm, "1/mm"},
+           non_negative(), "how much the gain may rise although the map does not show it, per mm",
+           Need::optional);
+}
+
+void bind_map(Section& section, BoneMapCase& map) {
+  section.table(
+      "map", "what is known of the bone before it is cut", Need::optional, [&](Section& s) {
+        s.number("error_mm", map.trust.position_error, kMm, non_negative(),
+                 "the bone is within +- this along the path of where the map has it",
+                 Need::optional);
+        s.number(
+            "offset_mm", map.offset, kMm, between(-1000, 1000),
+            "how far along the path the map of the simulation lies from its bone; with [variants] "
+            "it is drawn within error_mm",
+            Need::optional);
+        s.number("gain_error", map.trust.gain_error, kPlain, between(0.0, 10.0),
+                 "standard deviation of the map's cutting gain, relative", Need::optional);
+        s.number("correlation_mm", map.trust.correlation, kMm, positive(),
+                 "along the path, over which that error falls to 1/e", Need::optional);
+        s.choice<BoneMapCase::Shows>(
+            "shows", map.shows,
+            {{"stock", BoneMapCase::Shows::stock}, {"plan", BoneMapCase::Shows::plan}},
+            "with [variants]: the bone that is cut, or the one that it varies", Need::optional);
+      });
+}
+
 void bind_predictive(Section& s, control::PredictiveMode& mode) {
   s.number("entry_feed_mm_per_s", mode.entry_feed, kMmPerS, positive(), "feed at the entry",
            Need::optional);
@@ -62,16 +96,18 @@ void bind_predictive(Section& s, control::PredictiveMode& mode) {
   s.flag("until_engaged", mode.until_engaged, "hold until the cutter is fully engaged");
 }
 
-void bind_controller(Section& section, control::FeedController& controller, bool& adaptive,
-                     control::ModelAdaptiveOptions& options) {
-  enum class Law { constant, sugita, model_adaptive };
+void bind_controller(Section& section, SimulateCase& to) {
+  enum class Law { constant, sugita, model_adaptive, model_predictive };
+  control::FeedController& controller = to.controller;
   section.table("controller", "what sets the feed", Need::required, [&](Section& s) {
     Law law = Law::constant;
     s.choice<Law>("kind", law,
                   {{"constant", Law::constant},
                    {"sugita", Law::sugita},
-                   {"model-adaptive", Law::model_adaptive}},
-                  "constant feed, the published force loop, or the law that identifies the bone");
+                   {"model-adaptive", Law::model_adaptive},
+                   {"model-predictive", Law::model_predictive}},
+                  "constant feed, the published force loop, the law that identifies the bone, or "
+                  "the one that looks ahead in the map");
     s.number("period_ms", controller.period, {units::ms, "ms"}, up_to(1000.0),
              "time between two commands", Need::optional);
     if (s.when(law == Law::constant)) {
@@ -86,8 +122,12 @@ void bind_controller(Section& section, control::FeedController& controller, bool
       if (law == Law::sugita) controller.law = loop;
     }
     if (s.when(law == Law::model_adaptive)) {
-      bind_model_adaptive(s, options);
-      adaptive = law == Law::model_adaptive;
+      bind_model_adaptive(s, to.model_options);
+      to.model_adaptive = law == Law::model_adaptive;
+    }
+    if (s.when(law == Law::model_predictive)) {
+      bind_model_predictive(s, to.predictive_options);
+      to.model_predictive = law == Law::model_predictive;
     }
     control::PredictiveMode mode;
     if (s.table("predictive", "slow entry into bone; absent: none", Need::optional,
@@ -97,10 +137,33 @@ void bind_controller(Section& section, control::FeedController& controller, bool
   });
 }
 
-void bind_limits(Section& section, control::FeedLimits& limits, double& force) {
+/// What the model-predictive law keeps beside the force.
+void bind_plan_limits(Section& s, control::PlanLimits& limits, std::optional<double>& temperature) {
+  std::optional<double> tooth, deflection, stiffness;
+  s.number("feed_per_tooth_mm", tooth, kMm, positive(),
+           "largest feed per tooth, for controller.kind = \"model-predictive\"; absent: any");
+  s.number("deflection_mm", deflection, kMm, positive(),
+           "largest deflection of the tip, for \"model-predictive\"; absent: any");
+  s.number("tool_stiffness_n_per_mm", stiffness, {units::n_per_mm, "N/mm"}, positive(),
+           "of the tool at its tip, for deflection_mm: see osteomill modes");
+  std::optional<double> celsius;
+  s.number("temperature_c", celsius, {1.0, "°C"}, between(38.0, 300.0),
+           "of the bone, kept by the spindle's speed: needs [heat] and [machine.spindle]; absent: "
+           "any");
+  if (celsius) temperature = *celsius + thermal::kZeroCelsius;
+  if (tooth) limits.feed_per_tooth = *tooth;
+  if (deflection && stiffness) limits.force_of_deflection = *deflection * *stiffness;
+  if (deflection.has_value() != stiffness.has_value()) {
+    s.fault(deflection ? "tool_stiffness_n_per_mm" : "deflection_mm",
+            "must stand beside the other of the two");
+  }
+}
+
+void bind_limits(Section& section, SimulateCase& to) {
+  control::FeedLimits& limits = to.controller.limits;
   section.table("limits", "what must hold", Need::optional, [&](Section& s) {
-    s.number("force_n", force, kNewton, positive(), "largest force: time above it is counted",
-             Need::optional);
+    s.number("force_n", to.force_limit, kNewton, positive(),
+             "largest force: time above it is counted", Need::optional);
     s.number("max_feed_mm_per_s", limits.highest, kMmPerS, positive(), "largest feed",
              Need::optional);
     s.number("min_feed_mm_per_s", limits.lowest, kMmPerS, non_negative(),
@@ -109,10 +172,30 @@ void bind_limits(Section& section, control::FeedLimits& limits, double& force) {
     s.number("max_acceleration_mm_per_s2", acceleration, kMmPerS2, positive(),
              "largest change of the commanded feed; absent: any");
     if (acceleration) limits.acceleration = *acceleration;
+    bind_plan_limits(s, to.predictive_options.limits, to.temperature_limit);
     if (limits.lowest > limits.highest) {
       s.fault("min_feed_mm_per_s", "must not be greater than max_feed_mm_per_s");
     }
   });
+}
+
+void bind_chatter(Section& section, control::ChatterLimits& chatter) {
+  section.table("chatter", "speeds and depths that do not chatter, for \"model-predictive\"",
+                Need::optional, [&](Section& s) {
+                  std::vector<double> speeds, depths;
+                  s.numbers("spindle_speeds_rpm", speeds, kRpm, positive(), "rising");
+                  s.numbers("stable_depths_mm", depths, kMm, positive(),
+                            "one a speed: see osteomill stability");
+                  s.number("gain_n_per_mm_per_s", chatter.gain, {1e3, "N/(mm/s)"}, positive(),
+                           "cutting gain of the bone that they hold for");
+                  s.number("margin", chatter.margin, kPlain, positive(),
+                           "stable depth over depth of the cut", Need::optional);
+                  if (speeds.size() != depths.size())
+                    s.fault("stable_depths_mm", "must be as many as speeds");
+                  for (std::size_t i = 0; i < std::min(speeds.size(), depths.size()); ++i) {
+                    chatter.lobes.push_back({speeds[i], depths[i]});
+                  }
+                });
 }
 
 void bind_machine(Section& section, simulate::Machine& machine) {
@@ -128,6 +211,16 @@ void bind_machine(Section& section, simulate::Machine& machine) {
       machine.servo = servo;
     }
     if (ideal) machine.servo.reset();
+    simulate::SpindleDrive spindle;
+    if (s.table("spindle", "a spindle whose speed the model-predictive law may set; absent: none",
+                Need::optional, [&](Section& below) {
+                  below.number("min_rpm", spindle.lowest, kRpm, positive(), "slowest speed");
+                  below.number("max_rpm", spindle.highest, kRpm, positive(), "fastest speed");
+                  below.number("time_constant_s", spindle.time_constant, {1.0, "s"}, positive(),
+                               "of the drive, a first-order lag", Need::optional);
+                })) {
+      machine.spindle = spindle;
+    }
     s.number("sample_rate_hz", machine.sample_rate, {1.0, "Hz"}, positive(), "of the force sensor",
              Need::optional);
     s.number("start_feed_mm_per_s", machine.start_feed, kMmPerS, non_negative(),
@@ -194,10 +287,16 @@ void complete(SimulateCase& made) {
     made.model_options.force_limit = made.force_limit;
     made.controller.law = control::ModelAdaptive(made.model_options);
   }
+  made.machine.map_offset = made.map.offset;
+  if (made.controller.predictive) {
+    double& uncertainty = made.controller.predictive->uncertainty;
+    uncertainty = std::max(uncertainty, made.map.trust.position_error);
+  }
   simulate::LineProfile& profile = made.stock.profile;
   profile.cutter_radius = made.cutter.cutter.radius;
   profile.flutes = made.cutter.cutter.flutes;
   profile.programmed_feed = made.path.feed;
+  profile.spindle_speed = made.path.spindle_speed;
   FaultList faults;
   if (made.stock.kind != StockKind::line_profile) {
     faults.gather([&] { settle(made.bone, made.cutter.cutter, made.path.spindle_speed); });
@@ -205,6 +304,12 @@ void complete(SimulateCase& made) {
   if (made.stock.kind == StockKind::line_profile) faults.gather([&] { simulate::check(profile); });
   if (made.path.spindle_speed > 0.0) faults.gather([&] { simulate::check(made.machine); });
   faults.gather([&] { control::check(made.controller); });
+  if (made.machine.spindle && !made.model_predictive) {
+    faults.gather([&] {
+      throw InvalidInput(Fault{"machine.spindle", "", "is set by no law but \"model-predictive\"",
+                               "leave it out"});
+    });
+  }
   faults.raise();
 }
 
@@ -217,8 +322,10 @@ void bind_simulate(Section& section, SimulateCase& to) {
     bind_bone(section, to.bone);
     bind_heat(section, to.heat);
   }
-  bind_controller(section, to.controller, to.model_adaptive, to.model_options);
-  bind_limits(section, to.controller.limits, to.force_limit);
+  bind_controller(section, to);
+  bind_map(section, to.map);
+  bind_chatter(section, to.predictive_options.chatter);
+  bind_limits(section, to);
   bind_machine(section, to.machine);
 }
 

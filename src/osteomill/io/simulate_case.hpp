@@ -23,6 +23,15 @@ namespace osteomill::io {
 class Section;
 struct CaseRun;
 
+/// [map]: what is known of the bone before it is cut.
+struct BoneMapCase {
+  /// Of the bone of a variant: itself, or the one that it varies.
+  enum class Shows : std::uint8_t { stock, plan };
+  Shows shows = Shows::stock;
+  control::MapTrust trust;
+  double offset = 0.0;  ///< how far along the path it really lies from the bone, m
+};
+
 /// One run of `osteomill simulate`.
 struct SimulateCase {
   std::string name;
@@ -35,6 +44,10 @@ struct SimulateCase {
   control::FeedController controller;
   bool model_adaptive = false;  ///< the controller's law is made from these
   control::ModelAdaptiveOptions model_options;
+  bool model_predictive = false;  ///< the law is made from these and the map, see law_of()
+  control::ModelPredictiveOptions predictive_options;
+  std::optional<double> temperature_limit;  ///< kept by the speed of the spindle, K
+  BoneMapCase map;
   std::optional<control::SupervisorLimits> supervisor;  ///< with `osteomill control`
   netft::ClientOptions sensor;                          ///< with `osteomill control`: a real one
   std::string variant_of;                         ///< name of the run that it varies; or empty

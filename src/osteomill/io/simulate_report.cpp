@@ -152,6 +152,10 @@ ReportRun run_of(const SimulatedRun& run) {
       {material.name, material.unit, materials(run), {}, "limit", material.name},
       {"removed volume", "mm³", removed_volumes(run)},
   };
+  if (run.input.machine.spindle) {
+    made.signals.push_back({"spindle speed", "rpm",
+                            each(run, [](const Step& s) { return s.spindle_speed / units::rpm; })});
+  }
   if (run.after) {
     made.signals.push_back({"spindle torque", "N mm",
                             each(run, [](const Step& s) { return s.mean_torque / units::n_mm; })});
@@ -288,6 +292,7 @@ SignalsFile signals_of(const std::vector<SimulatedRun>& runs) {
     add("path", "mm", [](const Step& s) { return s.position / units::mm; }, "along the path");
     add("line", "1", [](const Step& s) { return s.line + 1; });
     add("feed_command", "mm/s", [](const Step& s) { return s.command / units::mm_per_s; });
+    add("spindle_speed", "rpm", [](const Step& s) { return s.spindle_speed / units::rpm; });
     add("feed", "mm/s", [](const Step& s) { return s.feed / units::mm_per_s; });
     for (int axis = 0; axis < 3; ++axis) {
       const std::string name = fmt::format("force_{}", "xyz"[axis]);

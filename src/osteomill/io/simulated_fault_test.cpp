@@ -52,6 +52,7 @@ std::vector<Fault> faults() {
       {Cause::clock_jump, [](In& in) { in.clock -= 1.0, in.sample_clock = in.clock; }},
       {Cause::machine_lost, [](In& in) { in.machine_answers = false; }},
       {Cause::controller_overrun, [](In& in) { in.compute_time = 11e-3; }},
+      {Cause::supervisor_starved, [](In& in) { in.periods_unseen = 6; }},
   };
 }
 

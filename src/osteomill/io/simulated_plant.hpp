@@ -24,8 +24,8 @@ class SimulatedPlant final : public control::Plant {
 
   control::Observation start() override { return seen(milling_.report()); }
   control::Observation advance(const control::FeedCommand& command) override {
-    const simulate::Report report =
-        milling_.advance({command.feed, static_cast<int>(command.mode), command.saturated});
+    const simulate::Report report = milling_.advance(
+        {command.feed, static_cast<int>(command.mode), command.saturated, command.spindle_speed});
     if (on_samples_) tell();
     return seen(report);
   }
@@ -36,6 +36,7 @@ class SimulatedPlant final : public control::Plant {
     seen.time = report.time;
     seen.position = report.position;
     seen.feed = report.feed;
+    seen.spindle_speed = report.spindle_speed;
     seen.programmed_feed = report.programmed_feed;
     seen.mean_force = report.mean_force;
     seen.peak_force = report.peak_force;
@@ -44,7 +45,9 @@ class SimulatedPlant final : public control::Plant {
     seen.revolution_line = report.revolution_line;
     seen.sample_time = report.time;
     seen.to_contact = report.to_contact;
-    seen.entering = report.entering;
+    seen.to_engagement = report.to_engagement;
+    seen.temperature = report.temperature;
+    seen.no_go_distance = report.no_go_distance;
     seen.finished = report.finished;
     return seen;
   }

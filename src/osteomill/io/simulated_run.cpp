@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "osteomill/base/error.hpp"
@@ -12,6 +13,8 @@
 #include "osteomill/io/path_maker.hpp"
 #include "osteomill/io/simulated_plant.hpp"
 #include "osteomill/io/stock_maker.hpp"
+#include "osteomill/io/supervised_plant.hpp"
+#include "osteomill/simulate/foresight.hpp"
 #include "osteomill/simulate/stock_job.hpp"
 #include "osteomill/thermal/thermal_dose.hpp"
 
@@ -19,6 +22,8 @@ namespace osteomill::io {
 namespace {
 
 using geometry::Vector3;
+
+constexpr numerics::SecondOrderLag kVeryFastServo{5000.0, 1.0};  // as good as an ideal one
 
 simulate::Status status_of(control::LoopEnd end) {
   switch (end) {
@@ -34,6 +39,41 @@ simulate::Status status_of(control::LoopEnd end) {
       break;
   }
   return simulate::Status::not_run;
+}
+
+using Fresh = std::function<std::unique_ptr<simulate::Workpiece>()>;
+
+/// Finds the map by milling copies of what it shows, and makes the law that looks ahead in it.
+control::ModelPredictive law_of(const SimulateCase& input, const Fresh& fresh) {
+  simulate::ForesightOptions options;
+  options.fast_feed = input.controller.limits.highest;
+  options.slow_feed = options.fast_feed / 6.0;
+  const simulate::Foresight found = simulate::foresee(fresh, input.machine, options);
+  // Displaced as the contacts are that the plant predicts.
+  const auto shift =
+      static_cast<std::ptrdiff_t>(std::lround(input.machine.map_offset / found.spacing));
+  control::Forecast forecast{found.spacing, found.gains, found.edges};
+  const auto count = static_cast<std::ptrdiff_t>(found.gains.size());
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const auto from = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i - shift, 0, count - 1));
+    forecast.gains[static_cast<std::size_t>(i)] = found.gains[from];
+    forecast.edges[static_cast<std::size_t>(i)] = found.edges[from];
+  }
+  control::ModelPredictiveOptions law = input.predictive_options;
+  law.limits.force = input.force_limit;
+  law.map = input.map.trust;
+  law.servo = input.machine.servo.value_or(kVeryFastServo);
+  law.period = input.controller.period;
+  law.flutes = input.machine.flutes;
+  law.spindle_speed = input.machine.spindle_speed;
+  law.chatter.depth = input.stock.profile.axial_depth;
+  if (input.machine.spindle) {
+    const simulate::SpindleDrive& drive = *input.machine.spindle;
+    law.spindle = control::SpindleHandle{drive.lowest, drive.highest, drive.time_constant};
+    if (input.temperature_limit) law.spindle->temperature = *input.temperature_limit;
+    if (input.heat) law.spindle->body_temperature = input.heat->field.initial_temperature;
+  }
+  return {law, std::move(forecast)};
 }
 
 void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOptions& how,
@@ -53,8 +93,23 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
   options.clock = how.clock;
   options.real_time = how.real_time;
   options.on_event = how.on_event;
-  control::Plant& seen = how.wrap ? how.wrap(*made.plant, run, workpiece.length()) : *made.plant;
-  run.loop = control::run(seen, input.controller, options, progress);
+  control::Plant* seen =
+      how.wrap ? &how.wrap(*made.plant, run, workpiece.length()) : made.plant.get();
+  std::optional<SupervisedPlant> supervised;
+  if (how.real_time && options.supervisor) {
+    SupervisedOptions watch;
+    watch.limits = *options.supervisor;
+    watch.clock = how.clock;
+    watch.on_event = how.on_event;
+    supervised.emplace(*seen, watch);
+    seen = &*supervised;
+    options.supervisor.reset();
+  }
+  run.loop = control::run(*seen, input.controller, options, progress);
+  if (supervised) {
+    supervised->finish(run.loop);
+    run.stop = supervised->stop();
+  }
   run.steps = milling.steps();
   if (made.finish) made.finish(run);
   run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(run.loop.end));
@@ -86,6 +141,14 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   job.fibre_at = made.fibre_at;
   job.sample_rate = input.machine.sample_rate;
   job.heat = input.heat;
+  job.no_go = regions.no_go;
+  if (input.model_predictive) {
+    simulate::StockJob cold = job;
+    cold.heat.reset();
+    cold.no_go.clear();
+    input.controller.law = law_of(
+        input, [&] { return std::make_unique<simulate::StockWorkpiece>(*made.stock, cold); });
+  }
   simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
   run.before = made.stock;
   run.warnings = caveats_of(input.cutter, input.bone);
@@ -124,6 +187,14 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
 
 }  // namespace
 
+void settle_law(SimulateCase& input) {
+  if (!input.model_predictive || input.stock.kind != StockKind::line_profile) return;
+  simulate::LineProfile shown = input.stock.profile;
+  if (input.map.shows == BoneMapCase::Shows::plan) shown.variation.clear();
+  input.controller.law =
+      law_of(input, [&] { return std::make_unique<simulate::LineProfileWorkpiece>(shown); });
+}
+
 std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases,
                                           const Progress& progress, const RunOptions& options) {
   std::vector<SimulatedRun> runs;
@@ -136,6 +207,7 @@ std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases
     SimulatedRun run;
     run.input = cases[i];
     if (run.input.stock.kind == StockKind::line_profile) {
+      settle_law(run.input);
       simulate::LineProfileWorkpiece workpiece(run.input.stock.profile);
       mill(workpiece, share_of_all, options, run);
     } else {

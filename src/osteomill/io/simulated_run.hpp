@@ -13,6 +13,7 @@
 #include "osteomill/io/machine_summary.hpp"
 #include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/simulate_case.hpp"
+#include "osteomill/io/supervised_plant.hpp"
 #include "osteomill/simulate/summary.hpp"
 #include "osteomill/workpiece/stock.hpp"
 #include "osteomill/workpiece/tool_path.hpp"
@@ -38,7 +39,8 @@ struct RunOptions {
   /// `run` has its input and, but for a line profile, its path. None: the simulated one, with the
   /// case's supervisor in the loop.
   std::function<MadePlant(const SimulatedRun& run, simulate::Milling& milling)> make;
-  bool real_time = false;  ///< the wrapped plant is: see control::LoopOptions
+  /// The wrapped plant is: see control::LoopOptions; the case's supervisor gets its own thread.
+  bool real_time = false;
   // Of the simulated plant; one of `make` has its own. None: nobody is told.
   std::function<void(std::span<const netft::Sample>)> on_samples = {};
   std::function<void(const control::LoopEvent&)> on_event = {};
@@ -61,9 +63,14 @@ struct SimulatedRun {
   std::vector<geometry::Mesh> no_go;  ///< surfaces that the tool kept away from, in W
   control::LoopSummary loop;
   std::optional<MachineSummary> machine;          ///< with a machine that moved
+  std::optional<SupervisedStop> stop;             ///< by a supervisor with a thread of its own
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for
   std::vector<std::string> warnings;              ///< what the reader of the result has to know
 };
+
+/// Makes the law of controller.kind = "model-predictive" from the map of a line profile; other
+/// cases are left alone. run_simulations does it, and for stocks too.
+void settle_law(SimulateCase& input);
 
 /// Runs the cases one after the other. When `progress` asks to stop, the run that was at work is
 /// kept as far as it came, with status `stopped`, and the rest is not begun.

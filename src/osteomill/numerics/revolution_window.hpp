@@ -14,6 +14,8 @@ class RevolutionWindow {
   /// The largest whole number of revolutions that `period` holds, or one where it takes longer.
   /// @param speed  of the spindle, rad/s · @param rate  of the samples, 1/s · @param period  s
   RevolutionWindow(double speed, double rate, double period);
+  /// The spindle turns at another speed, rad/s, from now on: the window gets the length that fits.
+  void set_speed(double speed);
 
   void add(double sample) {
     samples_[at_] = sample;
@@ -22,11 +24,18 @@ class RevolutionWindow {
   double mean() const;
   /// Amplitude at so many times the frequency of the spindle.
   double line(int per_revolution) const;
-  std::size_t size() const { return samples_.size(); }
+  std::size_t size() const { return count_; }
 
  private:
+  double newest(std::size_t ago) const {
+    return samples_[(at_ + samples_.size() - 1 - ago) % samples_.size()];
+  }
+
   std::vector<double> samples_;  ///< zero before the first
   std::size_t at_ = 0;           ///< the oldest
+  double rate_ = 0.0;            ///< 1/s
+  double period_ = 0.0;          ///< s
+  std::size_t count_ = 0;        ///< of the newest samples that make whole revolutions
   double turn_ = 0.0;            ///< of the spindle from sample to sample, rad
 };
 

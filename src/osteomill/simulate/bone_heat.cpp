@@ -211,6 +211,7 @@ void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W, cons
 
 void BoneHeat::rest(double time) {
   field_.advance(time);
+  hottest_now_ = 0.0;
   const geometry::GridShape& shape = field_.shape();
   std::size_t at = 0;
   for (int z = 0; z < shape.size[2]; ++z)
@@ -219,10 +220,11 @@ void BoneHeat::rest(double time) {
         if (!field_.is_bone(x, y, z)) continue;
         const double temperature = field_.temperature(x, y, z);
         peak_[at] = std::max(peak_[at], static_cast<float>(temperature));
-        hottest_ = std::max(hottest_, temperature);
+        hottest_now_ = std::max(hottest_now_, temperature);
         if (temperature > kDoseFrom)
           dose_[at] += static_cast<float>(thermal::cem43_minutes(temperature, time));
       }
+  hottest_ = std::max(hottest_, hottest_now_);
 }
 
 BoneHeatSummary BoneHeat::summary() const {

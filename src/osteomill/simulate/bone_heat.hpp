@@ -50,6 +50,7 @@ class BoneHeat {
   void rest(double time);
 
   const thermal::HeatField& field() const { return field_; }
+  double hottest() const { return hottest_now_; }  ///< of any bone now, K
   BoneHeatSummary summary() const;
 
  private:
@@ -72,7 +73,8 @@ class BoneHeat {
   std::vector<float> peak_;  ///< K
   std::vector<float> dose_;  ///< minutes
   std::vector<std::array<int, 3>> cut_cells_;
-  double hottest_ = 0.0;
+  double hottest_ = 0.0;      ///< so far, K
+  double hottest_now_ = 0.0;  ///< K
   double unplaced_heat_ = 0.0;
 };
 

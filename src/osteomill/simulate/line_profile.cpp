@@ -170,9 +170,8 @@ double LineProfileWorkpiece::to_contact(double position) const {
   return place.line + 1 < profile_.lines && next < past ? next : -past;
 }
 
-bool LineProfileWorkpiece::entering(double position) const {
-  const double x = at(position).tip_W.x();
-  return x >= -lead_ && x < 0.0;
+double LineProfileWorkpiece::to_engagement(double position) const {
+  return to_contact(position) + lead_;
 }
 
 double LineProfileWorkpiece::next_start(double from, double to) const {
@@ -189,6 +188,8 @@ LineProfileWorkpiece::Sample LineProfileWorkpiece::sample(int line, double x) co
 void LineProfileWorkpiece::mill(const Motion& motion, Cut& cut) {
   const Place start = at(motion.from);
   double x = start.tip_W.x();
+  const double chip =
+      profile_.spindle_speed > 0.0 ? profile_.spindle_speed / motion.spindle_speed : 1.0;
   double gains = 0.0;
   int touching = 0;
   for (std::size_t i = 0; i < motion.positions.size(); ++i) {
@@ -197,7 +198,8 @@ void LineProfileWorkpiece::mill(const Motion& motion, Cut& cut) {
     const Sample here = sample(start.line, x);
     const double ripple =
         1.0 + (profile_.peak_to_mean - 1.0) * std::cos(profile_.flutes * motion.angles[i]);
-    const double force = (here.gain * motion.feeds[i] + here.share * profile_.edge_force) * ripple;
+    const double force =
+        (here.gain * chip * motion.feeds[i] + here.share * profile_.edge_force) * ripple;
     cut.forces_W[i] = geometry::Vector3(-force, 0.0, 0.0);
     cut.torques[i] = 0.0;  // the profile knows no torque
     cut.contacts[i] = x >= -lead_ && x <= profile_.line_length ? 1 : 0;

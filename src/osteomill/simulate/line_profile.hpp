@@ -32,6 +32,9 @@ struct LineProfile {
   double peak_to_mean = 2.0;      ///< rho of the ripple at the tooth frequency, 1...2
   double edge_force = 0.0;        ///< added at any feed where the cutter is fully engaged, N
   double programmed_feed = 3e-3;  ///< m/s
+  /// At which the gains hold, rad/s: at another speed the chip, and with it the gain, changes by
+  /// the ratio. 0: the gains hold at every speed.
+  double spindle_speed = 0.0;
   /// Factor on the gain along each line, linear between points that are this far apart; none: 1.
   std::vector<std::vector<double>> variation;
   double variation_spacing = 0.1e-3;  ///< m
@@ -69,7 +72,7 @@ class LineProfileWorkpiece final : public Workpiece {
   int lines() const override { return profile_.lines; }
   Place at(double position) const override;
   double to_contact(double position) const override;
-  bool entering(double position) const override;
+  double to_engagement(double position) const override;
   double next_start(double from, double to) const override;
   void mill(const Motion& motion, Cut& cut) override;
   const char* material_key() const override { return "cutting_gain_n_per_mm_per_s"; }

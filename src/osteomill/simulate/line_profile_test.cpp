@@ -80,10 +80,9 @@ TEST(LineProfileWorkpiece, KnowsHowFarTheNextEntryIs) {
   const double line = workpiece.length() / 3.0;
   EXPECT_NEAR(workpiece.to_contact(line - 1e-3), 9e-3, 1e-12);
   EXPECT_LT(workpiece.to_contact(workpiece.length() - 1e-3), 0.0);
-  EXPECT_FALSE(workpiece.entering(7.9e-3));
-  EXPECT_TRUE(workpiece.entering(8.1e-3));
-  EXPECT_TRUE(workpiece.entering(10.6e-3));
-  EXPECT_FALSE(workpiece.entering(10.7e-3));
+  // Fully engaged when the axis has come to the edge, 2.646 mm on.
+  EXPECT_NEAR(workpiece.to_engagement(8e-3), 2.645751e-3, 1e-9);
+  EXPECT_NEAR(workpiece.to_engagement(11e-3), -0.354249e-3, 1e-9);
 }
 
 TEST(LineProfileWorkpiece, EveryLineStartsAtItsBeginning) {

@@ -29,6 +29,7 @@ void check(const Machine& machine) {
   require_non_negative("machine.start_feed_mm_per_s", machine.start_feed / units::mm_per_s, "mm/s");
   require_non_negative("machine.force_noise_n", machine.force_noise, "N");
   require_within("machine.delay_updates", machine.delay_updates, 1, 100, "");
+  require_within("map.offset_mm", machine.map_offset / units::mm, -1000.0, 1000.0, "mm");
   const double samples = machine.period * machine.sample_rate;
   // Rounding of a period such as 0.01 s times 8000 1/s is far below a millionth.
   if (samples < 1.0 || std::abs(samples - std::round(samples)) > 1e-6) {
@@ -36,6 +37,15 @@ void check(const Machine& machine) {
                              "must give a whole number of samples in controller.period_ms", ""});
   }
   if (machine.servo) numerics::check(*machine.servo, "machine.servo");
+  if (machine.spindle) {
+    const SpindleDrive& drive = *machine.spindle;
+    require_positive("machine.spindle.min_rpm", drive.lowest / units::rpm, "rpm");
+    require_within("machine.spindle.max_rpm", drive.highest / units::rpm, drive.lowest / units::rpm,
+                   1e6, "rpm");
+    require_positive("machine.spindle.time_constant_s", drive.time_constant, "s");
+    require_within("cut.spindle_speed_rpm", machine.spindle_speed / units::rpm,
+                   drive.lowest / units::rpm, drive.highest / units::rpm, "rpm");
+  }
 }
 
 Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limit)
@@ -44,6 +54,7 @@ Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limi
       force_limit_(require_positive("limits.force_n", force_limit, "N")),
       length_(workpiece.length()),
       state_{0.0, machine.start_feed, 0.0},
+      spindle_speed_(machine.spindle_speed),
       noise_(machine.seed),
       window_(machine.spindle_speed, machine.sample_rate, machine.period) {
   if (machine_.servo) servo_.emplace(*machine_.servo, 1.0 / machine_.sample_rate);
@@ -61,8 +72,8 @@ Report Milling::plan_at(double position) const {
   Report seen;
   seen.position = position;
   seen.programmed_feed = workpiece_.at(position).programmed_feed;
-  seen.to_contact = workpiece_.to_contact(position);
-  seen.entering = workpiece_.entering(position);
+  seen.to_contact = workpiece_.to_contact(position - machine_.map_offset);
+  seen.to_engagement = workpiece_.to_engagement(position - machine_.map_offset);
   return seen;
 }
 
@@ -70,11 +81,14 @@ Report Milling::report() const {
   Report seen = plan_at(state_.integral);
   seen.time = steps_.empty() ? 0.0 : steps_.back().time;
   seen.feed = state_.value;
+  seen.spindle_speed = spindle_speed_;
   seen.mean_force = reported_.back().mean;
   seen.peak_force = reported_.back().peak;
   if (!steps_.empty()) seen.mean_torque = steps_.back().mean_torque;
   seen.tooth_line = window_.line(machine_.flutes);
   seen.revolution_line = machine_.flutes == 1 ? 0.0 : window_.line(1);
+  seen.temperature = workpiece_.temperature();
+  seen.no_go_distance = workpiece_.no_go_distance();
   seen.finished = finished();
   return seen;
 }
@@ -82,6 +96,14 @@ Report Milling::report() const {
 Report Milling::advance(const FeedRequest& request) {
   require_non_negative("feed command", request.feed / units::mm_per_s, "mm/s");
   const double sample_time = 1.0 / machine_.sample_rate;
+  if (machine_.spindle && request.spindle_speed > 0.0) {
+    const SpindleDrive& drive = *machine_.spindle;
+    const double wanted = std::clamp(request.spindle_speed, drive.lowest, drive.highest);
+    // The mean of the period, held over it.
+    spindle_speed_ +=
+        (wanted - spindle_speed_) * -std::expm1(-machine_.period / drive.time_constant);
+    window_.set_speed(spindle_speed_);
+  }
   const double from = state_.integral;
   numerics::LagState state = state_;
   for (std::size_t i = 0; i < positions_.size(); ++i) {
@@ -106,7 +128,7 @@ const Cut& Milling::follow(std::span<const double> positions, std::span<const do
   const std::size_t count = positions.size();
   if (followed_ == 0) opened_at_ = state_.integral;
   for (std::size_t i = 0; i < count; ++i) {
-    angle_ += machine_.spindle_speed * sample_time;
+    angle_ += spindle_speed_ * sample_time;
     angles_[i] = angle_;
   }
   angle_ = std::fmod(angle_, 2.0 * std::numbers::pi);
@@ -116,8 +138,7 @@ const Cut& Milling::follow(std::span<const double> positions, std::span<const do
   cut_.removed_volume = 0.0;
   cut_.material = 0.0;
   const std::span<const double> angles(angles_.data(), count);
-  workpiece_.mill({state_.integral, positions, feeds, angles, sample_time, machine_.spindle_speed},
-                  cut_);
+  workpiece_.mill({state_.integral, positions, feeds, angles, sample_time, spindle_speed_}, cut_);
   open_.removed_volume += cut_.removed_volume;
   if (cut_.material > 0.0) {
     open_.material += cut_.material;
@@ -129,7 +150,7 @@ const Cut& Milling::follow(std::span<const double> positions, std::span<const do
     open_.mean_torque += cut_.torques[i] / in_period;
     open_.peak_force = std::max(open_.peak_force, force);
     open_.feed_work -= cut_.forces_W[i].dot(cut_.direction_W) * feeds[i] * sample_time;
-    open_.spindle_work += cut_.torques[i] * machine_.spindle_speed * sample_time;
+    open_.spindle_work += cut_.torques[i] * spindle_speed_ * sample_time;
     if (force > force_limit_) open_.time_above_limit += sample_time;
     ++followed_;
     if (cut_.contacts[i] != 0) {
@@ -157,6 +178,7 @@ Report Milling::end_period(const FeedRequest& request) {
   step.mode = request.mode;
   step.saturated = request.saturated;
   step.feed = state_.value;
+  step.spindle_speed = spindle_speed_;
   if (pieces_in_bone_ > 0) step.material /= pieces_in_bone_;
   step.mean_force = window_.mean();
   step.position = state_.integral;

@@ -13,9 +13,17 @@
 
 namespace osteomill::simulate {
 
+/// A spindle whose speed can be asked for: a first-order lag behind the request.
+struct SpindleDrive {
+  double lowest = 0.0;         ///< rad/s
+  double highest = 0.0;        ///< rad/s
+  double time_constant = 0.2;  ///< s
+};
+
 /// The machine around the workpiece: spindle, feed servo, force sensor.
 struct Machine {
-  double spindle_speed = 0.0;                     ///< rad/s
+  double spindle_speed = 0.0;                     ///< programmed, rad/s
+  std::optional<SpindleDrive> spindle;            ///< none: always the programmed speed
   std::optional<numerics::SecondOrderLag> servo;  ///< none: the feed is the command at once
   double period = 10e-3;                          ///< of control, s
   double sample_rate = 8000.0;                    ///< of the force sensor, 1/s
@@ -24,6 +32,9 @@ struct Machine {
   int flutes = 2;            ///< of the cutter: where the tooth line of the spectrum is
   int delay_updates = 1;     ///< control periods from the force to the feed that it sets
   std::uint64_t seed = 1;    ///< of the noise
+  /// How far along the path the map lies from the bone: what is predicted of contacts is wrong by
+  /// it, m.
+  double map_offset = 0.0;
 };
 
 /// Throws InvalidInput that names the field.
@@ -31,16 +42,18 @@ void check(const Machine& machine);
 
 /// What is asked for in one control period.
 struct FeedRequest {
-  double feed = 0.0;       ///< m/s
-  int mode = 0;            ///< recorded as it is
-  bool saturated = false;  ///< recorded as it is
+  double feed = 0.0;           ///< m/s
+  int mode = 0;                ///< recorded as it is
+  bool saturated = false;      ///< recorded as it is
+  double spindle_speed = 0.0;  ///< rad/s; 0: the programmed one
 };
 
 /// What the sensor and the machine report at the end of a control period.
 struct Report {
   double time = 0.0;
-  double position = 0.0;  ///< m along the path
-  double feed = 0.0;      ///< m/s
+  double position = 0.0;       ///< m along the path
+  double feed = 0.0;           ///< m/s
+  double spindle_speed = 0.0;  ///< rad/s
   double programmed_feed = 0.0;
   double mean_force = 0.0;  ///< of the magnitude, over whole revolutions; noise and delay included
   double peak_force = 0.0;  ///< of the same period as mean_force; noise and delay included
@@ -48,7 +61,9 @@ struct Report {
   double tooth_line = 0.0;       ///< amplitude of the magnitude at the tooth frequency, N
   double revolution_line = 0.0;  ///< at the spindle's frequency, N
   double to_contact = 0.0;
-  bool entering = false;
+  double to_engagement = 0.0;
+  double temperature = 0.0;     ///< of the hottest bone now, K; 0: not worked out
+  double no_go_distance = 0.0;  ///< m; infinite when there is no region
   bool finished = false;
 };
 
@@ -60,6 +75,7 @@ struct Step {
   geometry::Vector3 tip_W = geometry::Vector3::Zero();
   double command = 0.0;                                        ///< m/s
   double feed = 0.0;                                           ///< at the end, m/s
+  double spindle_speed = 0.0;                                  ///< at the end, rad/s
   geometry::Vector3 mean_force_W = geometry::Vector3::Zero();  ///< on the tool, over the period, N
   double mean_force = 0.0;        ///< mean of the magnitude over the sensor's window, N
   double peak_force = 0.0;        ///< largest magnitude, N
@@ -110,8 +126,9 @@ class Milling {
   double force_limit_ = 0.0;
   double length_ = 0.0;
   std::optional<numerics::HeldLag> servo_;
-  numerics::LagState state_;  ///< integral: position along the path
-  double angle_ = 0.0;        ///< of the spindle, rad
+  numerics::LagState state_;    ///< integral: position along the path
+  double angle_ = 0.0;          ///< of the spindle, rad
+  double spindle_speed_ = 0.0;  ///< rad/s
   Random noise_;
   std::vector<double> positions_, feeds_, angles_;  ///< of the samples of a period
   Cut cut_;

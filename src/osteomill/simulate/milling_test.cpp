@@ -187,5 +187,28 @@ TEST(Summary, SaturationCountsOnlyInBoneAndOnlyWhenItLasts) {
   EXPECT_NEAR(summary.saturated_intervals[0][1], 0.3, 1e-3);
 }
 
+TEST(Milling, ASpindleThatTurnsFasterCutsThinnerChipsAndTakesLessForce) {
+  LineProfile bone;
+  bone.lines = 1;
+  bone.zones = {{0.0, 66e-3, 3800.0, {}, {}}};
+  bone.spindle_speed = 600.0;
+  Machine machine;
+  machine.spindle_speed = 600.0;
+  machine.spindle = SpindleDrive{300.0, 1200.0, 0.05};
+  LineProfileWorkpiece workpiece(bone);
+  Milling milling(workpiece, machine, 30.0);
+  double before = 0.0;
+  for (int i = 0; i < 1500; ++i) {
+    // Asked for more than it has: held at its fastest.
+    milling.advance({3e-3, 0, false, i < 750 ? 600.0 : 5000.0});
+    if (i == 749) before = milling.steps().back().mean_force;
+  }
+  EXPECT_NEAR(milling.report().spindle_speed, 1200.0, 1e-6);
+  // The ripple does not average out to the last sample of a window of whole samples: 1/52.
+  EXPECT_NEAR(milling.steps().back().mean_force / before, 0.5, 0.02);
+  machine.spindle->lowest = 700.0;
+  EXPECT_THROW(Milling(workpiece, machine, 30.0), InvalidInput);
+}
+
 }  // namespace
 }  // namespace osteomill::simulate

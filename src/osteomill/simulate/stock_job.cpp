@@ -80,16 +80,40 @@ Place StockWorkpiece::at(double position) const {
 }
 
 double StockWorkpiece::to_contact(double position) const {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const workpiece::ContactMap::Stretch& stretch : contact_.stretches()) {
-    const double distance = stretch.begin - position;
-    if (std::abs(distance) < std::abs(nearest)) nearest = distance;
-  }
-  return nearest;
+  return nearest_entry(position).begin - position;
 }
 
-bool StockWorkpiece::entering(double position) const {
-  return contact_.in_contact(position) && contact_.distance_to_full_engagement(position) > 0.0;
+double StockWorkpiece::to_engagement(double position) const {
+  return nearest_entry(position).engaged - position;
+}
+
+const workpiece::ContactMap::Stretch& StockWorkpiece::nearest_entry(double position) const {
+  const auto nearer = [&](const auto& one, const auto& other) {
+    return std::abs(one.begin - position) < std::abs(other.begin - position);
+  };
+  const std::vector<workpiece::ContactMap::Stretch>& all = contact_.stretches();
+  return *std::min_element(all.begin(), all.end(), nearer);
+}
+
+/// A distance changes by no more than the way of the tool: it is worked out anew when that has
+/// become a tenth of it, and a tenth of a millimetre.
+void StockWorkpiece::watch_no_go(const Vector3& tip_W) {
+  if (job_.no_go.empty()) return;
+  const double way = (tip_W - no_go_tip_W_).norm();
+  const bool known = std::isfinite(no_go_distance_);
+  if (known && way < std::max(0.1 * no_go_found_, 0.1e-3)) {
+    no_go_distance_ = no_go_found_ - way;
+    return;
+  }
+  const Vector3 up(0.0, 0.0, 1e-6);  // a path needs a length
+  const workpiece::ToolPath here = workpiece::line(tip_W, tip_W + up, {1e-3, 1.0});
+  no_go_distance_ = std::numeric_limits<double>::infinity();
+  for (const workpiece::NoGo& region : job_.no_go) {
+    no_go_distance_ =
+        std::min(no_go_distance_, workpiece::nearest_approach(here, job_.cutter, region).distance);
+  }
+  no_go_found_ = no_go_distance_;
+  no_go_tip_W_ = tip_W;
 }
 
 void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
@@ -111,6 +135,7 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
   }
   // The direction that the engagement belongs to: that of the last piece of path.
   const Place place = at(0.5 * (to + std::max(motion.from, to - 1e-9)));
+  watch_no_go(job_.path.at(to).position_W);
   cut.direction_W = place.direction_W;
   cut.removed_volume = total.volume;
   const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/workpiece.hpp"
 #include "osteomill/workpiece/contact.hpp"
+#include "osteomill/workpiece/no_go.hpp"
 #include "osteomill/workpiece/remover.hpp"
 #include "osteomill/workpiece/stock.hpp"
 #include "osteomill/workpiece/tool_path.hpp"
@@ -28,6 +30,7 @@ struct StockJob {
   std::function<geometry::Vector3(const geometry::Vector3& p_W)> fibre_at = {};
   double sample_rate = 8000.0;  ///< of the force sensor, 1/s: how fine a revolution is worked out
   std::optional<BoneHeatOptions> heat = {};  ///< none: temperatures are not worked out
+  std::vector<workpiece::NoGo> no_go = {};   ///< regions that the tool keeps away from
 };
 
 /// A voxel stock milled along a tool path.
@@ -47,8 +50,10 @@ class StockWorkpiece final : public Workpiece {
   int lines() const override { return static_cast<int>(lines_.size()); }
   Place at(double position) const override;
   double to_contact(double position) const override;
-  bool entering(double position) const override;
+  double to_engagement(double position) const override;
   void mill(const Motion& motion, Cut& cut) override;
+  double temperature() const override { return heat_ ? heat_->hottest() : 0.0; }
+  double no_go_distance() const override { return no_go_distance_; }
   const char* material_key() const override { return "density_kg_per_m3"; }
   double material_unit() const override { return 1.0; }
 
@@ -63,6 +68,8 @@ class StockWorkpiece final : public Workpiece {
   const BoneHeat* heat() const { return heat_ ? &*heat_ : nullptr; }
 
  private:
+  void watch_no_go(const geometry::Vector3& tip_W);
+  const workpiece::ContactMap::Stretch& nearest_entry(double position) const;
   Eigen::Matrix3d tool_axes() const;  ///< of T in W
   cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
@@ -78,6 +85,9 @@ class StockWorkpiece final : public Workpiece {
   std::vector<int> lines_;                           ///< numbers of the path's lines, in order
   double largest_chip_ = 0.0;
   double buried_volume_ = 0.0;
+  double no_go_distance_ = std::numeric_limits<double>::infinity();
+  double no_go_found_ = 0.0;  ///< where it was worked out last, at
+  geometry::Vector3 no_go_tip_W_ = geometry::Vector3::Zero();
   std::optional<BoneHeat> heat_;
 };
 

@@ -153,9 +153,9 @@ TEST(StockWorkpiece, KnowsWhereItWillTouchTheBone) {
   // searched in steps of a voxel.
   EXPECT_NEAR(workpiece.to_contact(0.0), 3e-3, 1.5 * kSpacing);
   EXPECT_LT(workpiece.to_contact(10e-3), 0.0);
-  EXPECT_FALSE(workpiece.entering(2e-3));
-  EXPECT_TRUE(workpiece.entering(4e-3));
-  EXPECT_FALSE(workpiece.entering(15e-3));
+  // A cutter of D 6 mm is as deep in as it gets when its axis has come to the edge, 6 mm on.
+  EXPECT_GT(workpiece.to_engagement(4e-3), 0.0);
+  EXPECT_LT(workpiece.to_engagement(6.2e-3), 0.0);
   EXPECT_LT(workpiece.to_contact(workpiece.length()), 0.0);
 }
 

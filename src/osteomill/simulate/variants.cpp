@@ -17,6 +17,7 @@ void check(const VariantOptions& options) {
   require_within("variants.delay_updates[0]", options.delay[0], 1, 100, "");
   require_within("variants.delay_updates[1]", options.delay[1], options.delay[0], 100, "");
   require_positive("variants.hard_width_mm", options.hard_width / units::mm, "mm");
+  require_non_negative("map.error_mm", options.map_error / units::mm, "mm");
   require_positive("variants.hard_factor", options.hard_factor, "");
 }
 
@@ -50,6 +51,10 @@ Variant vary(const LineProfile& profile, const Machine& machine, const VariantOp
       }
     }
     made.profile.variation.push_back(std::move(factors));
+  }
+  // Last, so that bones and delays are those of a map without error.
+  if (options.map_error > 0.0) {
+    made.machine.map_offset = random.uniform(-options.map_error, options.map_error);
   }
   return made;
 }

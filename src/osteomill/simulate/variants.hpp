@@ -19,6 +19,7 @@ struct VariantOptions {
   bool hard_zones = true;          ///< one on each line, at a place drawn evenly
   double hard_width = 1.17e-3;     ///< m
   double hard_factor = 4.4;        ///< on the gain
+  double map_error = 0.0;          ///< the map's offset is drawn evenly within +- this, m
 };
 
 /// Throws InvalidInput that names the field.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -47,12 +48,16 @@ class Workpiece {
   /// To the nearest entry into bone along the path, as control::Observation has it: positive before
   /// the entry, negative past it, infinite when none is known.
   virtual double to_contact(double position) const = 0;
-  /// Past an entry and not yet fully engaged there.
-  virtual bool entering(double position) const = 0;
+  /// The same to where the cutter is fully engaged at that entry.
+  virtual double to_engagement(double position) const = 0;
   /// Where the next control period starts when the tool came from `from` to `to` in this one.
   virtual double next_start(double /*from*/, double to) const { return to; }
   /// Moves the tool, removes what it meets, and fills `cut` (its vectors are sized already).
   virtual void mill(const Motion& motion, Cut& cut) = 0;
+  /// Of the hottest bone now, K; 0 where temperatures are not worked out.
+  virtual double temperature() const { return 0.0; }
+  /// From the tool, where it came to, to the nearest no-go region, m: no more than it really is.
+  virtual double no_go_distance() const { return std::numeric_limits<double>::infinity(); }
   /// What Cut::material is, as a key with its unit; and the factor from the key's unit to SI.
   virtual const char* material_key() const = 0;
   virtual double material_unit() const = 0;
