@@ -51,7 +51,7 @@ Client::Client(const ClientOptions& options, std::function<double()> clock)
     socket_->socket.open(sensor.protocol());
     // A second of records at 8 kHz; the system may grant less.
     boost::system::error_code ignored;
-    socket_->socket.set_option(udp::socket::receive_buffer_size(1 << 21), ignored);
+    ignored = socket_->socket.set_option(udp::socket::receive_buffer_size(1 << 21), ignored);
     socket_->socket.connect(sensor);
     socket_->socket.non_blocking(true);
   } catch (const boost::system::system_error& error) {

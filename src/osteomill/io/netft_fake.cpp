@@ -94,7 +94,9 @@ void FakeSensor::send(const Record& record) {
     boost::system::error_code lost;  // UDP: what cannot be sent is lost
     socket_->socket.send_to(boost::asio::buffer(bytes.data(), size), *socket_->client, 0, lost);
   }
-  if (socket_->left > 0 && --socket_->left == 0) socket_->client.reset();
+  if (socket_->left == 0) return;
+  --socket_->left;
+  if (socket_->left == 0) socket_->client.reset();
 }
 
 void FakeSensor::measure(std::span<const Sample> samples) {
