@@ -31,6 +31,10 @@ struct Result {
   std::optional<AngleBudget> varus_valgus, flexion_extension;
 };
 
+bool at_rest(const Result& result) {
+  return result.flexible && result.flexible->rest == Rest::at_rest;
+}
+
 std::vector<Pass> passes_of(const SurfaceError& error, const io::SurfaceCase& surface,
                             double depth) {
   const double half = 0.5 * surface.width;
@@ -57,16 +61,16 @@ Result solve(const io::DeflectCase& one) {
   result.bent = tool_deflection(*one.tool, one.cutter, one.bone.law, one.condition, one.immersion,
                                 one.options);
   if (one.flexible) {
-    result.flexible =
-        flexible_cut(*one.tool, one.cutter, one.bone.law, one.condition, one.immersion);
+    result.flexible = flexible_cut(*one.tool, one.cutter, one.bone.law, one.condition,
+                                   one.immersion, one.options);
   }
   if (one.structure) {
     result.dynamic = dynamic_surface_error(one.structure->receptance, one.cutter, one.bone.law,
                                            one.condition, one.immersion);
   }
   if (one.surface) {
-    const auto points =
-        milled_surface(passes_of(result.bent.surface, *one.surface, one.immersion.axial_depth));
+    const SurfaceError& error = at_rest(result) ? result.flexible->surface : result.bent.surface;
+    const auto points = milled_surface(passes_of(error, *one.surface, one.immersion.axial_depth));
     result.resting = resting_plate(points);
     result.fitted = fitted_plate(points);
   }
@@ -120,6 +124,55 @@ Json document_of(const AngleBudget& budget) {
   return document;
 }
 
+Json document_of(const FlexibleCut& cut) {
+  Json document = {{"status", cut.rest == Rest::at_rest    ? "at rest"
+                              : cut.rest == Rest::unstable ? "unstable"
+                                                           : "unbalanced"},
+                   {"residual_nm", cut.residual / units::um * 1e3},
+                   {"growth_per_revolution", cut.growth},
+                   {"worst_angle_deg", cut.worst_angle / units::deg},
+                   {"cut_over_tool_stiffness", cut.cut_stiffness}};
+  if (cut.rest == Rest::unbalanced) return document;
+  document["peak_force_n"] = cut.peak_force;
+  document["total_tip_deflection_mm"] = cut.total_tip / units::mm;
+  document["surface_error"] = document_of(cut.surface);
+  if (cut.rest == Rest::at_rest) document["revolutions_to_rest"] = cut.revolutions;
+  return document;
+}
+
+/// Why the flexible model's answer is not what a cut would come to, or what to mind about it.
+std::vector<std::string> warnings_of(const FlexibleCut& cut, double radius) {
+  std::vector<std::string> warnings;
+  if (cut.rest == Rest::unbalanced) {
+    warnings.push_back(fmt::format(
+        "flexible model: no deflection found at which forces and deflections meet; at {:.0f} deg "
+        "of rotation they differ by {:.3g} um with the cut {:.3g} times as stiff as the tool; its "
+        "surface is not shown, read that of the rigid cut",
+        cut.worst_angle / units::deg, cut.residual / units::um, cut.cut_stiffness));
+  } else if (cut.rest == Rest::unstable) {
+    warnings.push_back(fmt::format(
+        "flexible model: forces and deflections balance, but the cut, {:.3g} times as stiff as the "
+        "tool, does not stay there: at {:.3g} deg of rotation a disturbance grows {:.5g} times in "
+        "a revolution (see osteomill stability); read the surface of the rigid cut",
+        cut.cut_stiffness, cut.worst_angle / units::deg, cut.growth));
+  }
+  // A tenth: chips on the rays of the undeflected edges are then off by about as much.
+  const double share = cut.total_tip / radius;
+  if (share > 0.5) {
+    warnings.push_back(
+        fmt::format("the tip moves by {:.0f} % of the cutter's radius: too far for chips that are "
+                    "reckoned on the rays of the undeflected edges, in either model; read it as a "
+                    "tool that is too slender for this cut",
+                    100.0 * share));
+  } else if (share > 0.1) {
+    warnings.push_back(fmt::format(
+        "the tip moves by {:.0f} % of the cutter's radius; chips are reckoned on the rays of the "
+        "undeflected edges, so that forces are uncertain by about that share, in either model",
+        100.0 * share));
+  }
+  return warnings;
+}
+
 Json document_of(const Result& result, const io::DeflectCase& one) {
   const ToolDeflection& bent = result.bent;
   Json document;
@@ -136,13 +189,7 @@ Json document_of(const Result& result, const io::DeflectCase& one) {
   turn["angle_deg"] = Json::array();
   for (const double angle : bent.angle) turn["angle_deg"].push_back(angle / units::deg);
   turn["tip_deflection_mm"] = {{"x", in_mm(bent.tip_x)}, {"y", in_mm(bent.tip_y)}};
-  if (result.flexible) {
-    document["flexible"] = {{"repeats", result.flexible->repeats},
-                            {"revolutions", result.flexible->revolutions},
-                            {"peak_force_n", result.flexible->peak_force},
-                            {"total_tip_deflection_mm", result.flexible->total_tip / units::mm},
-                            {"surface_error", document_of(result.flexible->surface)}};
-  }
+  if (result.flexible) document["flexible"] = document_of(*result.flexible);
   if (result.dynamic) document["dynamic_surface_error"] = document_of(*result.dynamic);
   if (result.resting) {
     document["alignment"] = {{"resting", document_of(*result.resting)},
@@ -175,11 +222,19 @@ std::vector<std::vector<std::string>> rows_of(const Result& result) {
       row("stiffness at the tip, N/mm", result.tip_stiffness * units::mm),
       {"surface error along the depth, mm (bone left > 0)", span(bent.surface)}};
   if (result.flexible) {
+    const FlexibleCut& cut = *result.flexible;
+    if (cut.rest != Rest::unbalanced) {
+      rows.push_back(row("flexible model: total at the tip, mm", cut.total_tip / units::mm));
+      rows.push_back(row("flexible model: peak force, N", cut.peak_force));
+    }
     rows.push_back(
-        row("flexible model: total at the tip, mm", result.flexible->total_tip / units::mm));
-    rows.push_back(row("flexible model: peak force, N", result.flexible->peak_force));
-    rows.push_back({"flexible model: surface error, mm",
-                    result.flexible->repeats ? span(result.flexible->surface) : "not at rest"});
+        {"flexible model: surface error, mm", cut.rest == Rest::at_rest    ? span(cut.surface)
+                                              : cut.rest == Rest::unstable ? "does not stay"
+                                                                           : "no balance"});
+    rows.push_back(row("flexible model: stiffness of cut over tool", cut.cut_stiffness));
+    if (cut.rest == Rest::at_rest) {
+      rows.push_back(row("flexible model: revolutions to come to rest", cut.revolutions));
+    }
   }
   if (result.dynamic) {
     rows.push_back({"with vibration: surface error, mm", span(*result.dynamic)});
@@ -220,7 +275,7 @@ void draw_error(const Result& result, const std::filesystem::path& file) {
   io::Panel panel{.y = {.label = "surface error, mm (bone left > 0)"},
                   .series = {{"rigid cut", in_mm(result.bent.surface.axial_position),
                               in_mm(result.bent.surface.error)}}};
-  if (result.flexible && result.flexible->repeats) {
+  if (at_rest(result)) {
     panel.series.push_back({"flexible", in_mm(result.flexible->surface.axial_position),
                             in_mm(result.flexible->surface.error)});
   }
@@ -244,11 +299,10 @@ Shown show(const io::CaseRun& run) {
               .expanded = one.expanded,
               .rows = rows_of(result),
               .warnings = one.caveats};
-  if (result.flexible && !result.flexible->repeats) {
-    shown.warnings.push_back(
-        "the flexible model does not come to rest in 40 revolutions: either the feed has not yet "
-        "brought the bone to an edge that gives way this far, or the cut is stiffer than the tool "
-        "(see osteomill stability); its surface is not shown, read that of the rigid cut");
+  if (result.flexible) {
+    for (std::string& text : warnings_of(*result.flexible, one.cutter.radius)) {
+      shown.warnings.push_back(std::move(text));
+    }
     shown.document["warnings"] = shown.warnings;
   }
   shown.figures = {{"tool_deflection",

@@ -26,7 +26,9 @@ Result solve(const io::OptimiseCase& one) {
   Result result;
   const Progress progress = console_progress();
   result.choice = choose(one.problem, one.candidates, progress);
-  if (one.pareto_points > 0) {
+  // Without its limit of the surface error an infeasible problem may have a front; nothing else
+  // can.
+  if (one.pareto_points > 0 && (result.choice.feasible || one.problem.limits.surface_error)) {
     result.front = pareto_front(one.problem, one.candidates, one.pareto_points, progress);
   }
   if (one.removal_rate > 0.0) {

@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <mutex>
 #include <nlopt.hpp>
 #include <numbers>
+#include <string_view>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -54,7 +57,8 @@ class Search {
         limit_uses(problem, evaluator_(scale_.point(std::vector<double>(4, 0.5).data()))).size();
   }
 
-  Choice run(const std::string& name) {
+  /// `solved` hears of each search that ends, and says whether to go on.
+  Choice run(const std::string& name, const std::function<bool()>& solved) {
     Choice best;
     best.candidate = name;
     double least_excess = kNone;
@@ -75,13 +79,23 @@ class Search {
       }
     };
     const auto from = [&](double start) { return std::vector<double>(scale_.size(), start); };
+    const auto search = [&](const std::vector<double>& start, bool restore) {
+      if (stopped_) return;
+      consider(solve(start, restore));
+      stopped_ = !solved();
+    };
     if (scale_.size() == 0) {
       consider({});
     } else {
-      for (const double start : {0.2, 0.5, 0.8}) consider(solve(from(start), false));
+      // Where the middle leads to nothing that meets the limits, whether anything does comes first.
+      consider(solve(from(0.5), false));
+      stopped_ = !solved();
       if (!best.feasible) {
-        for (const double start : {0.1, 0.5, 0.9}) consider(solve(from(start), true));
-        if (least_excess <= kMet) consider(solve(closest, false));
+        for (const double start : {0.1, 0.5, 0.9}) search(from(start), true);
+        if (!best.feasible && least_excess <= kMet) search(closest, false);
+      }
+      if (best.feasible) {
+        for (const double start : {0.2, 0.8}) search(from(start), false);
       }
     }
     if (!best.feasible) {
@@ -151,6 +165,13 @@ class Search {
     cobyla.set_initial_step(0.1);
     cobyla.set_xtol_rel(1e-5);
     cobyla.set_maxeval(600);
+    if (restore) {
+      // Which limits cannot be met shows long before the last digit of by how much; and a point
+      // that meets them all ends the search for one.
+      cobyla.set_xtol_rel(1e-4);
+      cobyla.set_maxeval(200);
+      cobyla.set_stopval(-kMet);
+    }
     double goal = 0.0;
     try {
       cobyla.optimize(x, goal);
@@ -166,6 +187,7 @@ class Search {
   Scale scale_;
   std::size_t limits_ = 0;
   int evaluations_ = 0;
+  bool stopped_ = false;
 };
 
 bool better(const Choice& a, const Choice& b) {
@@ -179,12 +201,20 @@ const Candidate& named(const std::vector<Candidate>& candidates, const std::stri
 }
 
 Choice best_of(const ChoiceProblem& problem, const std::vector<Candidate>& candidates,
-               const Progress& progress = {}) {
+               const Progress& progress = {}, std::string_view doing = "choose") {
   std::vector<Choice> choices(candidates.size());
+  // Most candidates end after three or four searches.
+  const double all = 4.0 * static_cast<double>(candidates.size());
+  std::mutex reporting;
+  double done = 0.0;
   tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
-    choices[i] = Search(problem, candidates[i]).run(candidates[i].name);
+    choices[i] = Search(problem, candidates[i]).run(candidates[i].name, [&] {
+      const std::scoped_lock lock(reporting);
+      done = std::min(all - 1.0, done + 1.0);
+      return go_on(progress, doing, done / all);
+    });
   });
-  go_on(progress, "choose", 1.0);
+  go_on(progress, doing, 1.0);
   Choice best = choices.front();
   int evaluations = 0;
   for (const Choice& choice : choices) {
@@ -244,7 +274,7 @@ Choice choose(const ChoiceProblem& problem, const std::vector<Candidate>& candid
     if (use.use <= 0.995) continue;
     ChoiceProblem relaxed = problem;
     scale_limit(relaxed.limits, use.name, 1.1, problem.heat.start);
-    const Choice other = best_of(relaxed, candidates);
+    const Choice other = best_of(relaxed, candidates, progress, "relax " + use.name);
     const double goal = std::min(other.goal, choice.goal);
     choice.relaxations.push_back({use.name, goal, 1.0 - goal / choice.goal});
   }
@@ -306,12 +336,15 @@ std::vector<ParetoPoint> pareto_front(const ChoiceProblem& problem,
   ChoiceProblem fastest = problem;
   fastest.goal = Goal::time;
   fastest.limits.surface_error.reset();
-  const Choice fast = choose(fastest, candidates);
+  Choice fast = best_of(fastest, candidates, progress, "fastest cut");
+  if (!fast.feasible) return {};
   ChoiceProblem accurate = problem;
   accurate.goal = Goal::error;
   accurate.limits.surface_error.reset();
-  const Choice exact = choose(accurate, candidates);
-  if (!fast.feasible || !exact.feasible) return {};
+  Choice exact = best_of(accurate, candidates, progress, "most accurate cut");
+  if (!exact.feasible) return {};
+  finish(fastest, candidates, fast);
+  finish(accurate, candidates, exact);
   // From the fastest cut's error down to the smallest one, by equal ratios; an error of nothing
   // (two straight flutes in a slot) is reached at once.
   const double high = fast.quality.surface_error;

@@ -1,232 +1,188 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/accuracy/flexible_cut.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "osteomill/base/error.hpp"
-#include "osteomill/cutting/flutes.hpp"
-#include "osteomill/vibration/linearised_cut.hpp"
+#include "osteomill/accuracy/edge_balance.hpp"
 
 namespace osteomill::accuracy {
 namespace {
 
+using Eigen::VectorXd;
+
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-class Balance {
+/// How many rotations are solved together, and how finely.
+struct Layout {
+  bool equal_pitch = true;
+  int together = 1;  ///< a tooth period apart, or the whole turn where the pitch is unequal
+  int phases = 1;    ///< of a tooth period
+  int slices = 1;
+};
+
+Layout layout_of(const cutting::Cutter& cutter, const cutting::Immersion& immersion,
+                 const DeflectionOptions& options) {
+  Layout layout;
+  for (const double pitch : cutter.pitch) {
+    if (std::abs(pitch - kTurn / cutter.flutes) > 1e-9) layout.equal_pitch = false;
+  }
+  // As for the rigid cut.
+  const double lag = std::abs(cutting::lag_angle(cutter, immersion.axial_depth));
+  layout.slices =
+      std::max({1, static_cast<int>(std::ceil(immersion.axial_depth / options.slice_height - 1e-9)),
+                static_cast<int>(std::ceil(lag / 0.1))});
+  if (layout.equal_pitch) {
+    layout.together = cutter.flutes;
+    layout.phases = std::max(4, options.steps / cutter.flutes);
+  } else {
+    layout.together = (kUnequalSteps + cutter.flutes - 1) / cutter.flutes * cutter.flutes;
+    layout.slices = std::min(layout.slices, kUnequalSlices);
+  }
+  return layout;
+}
+
+std::vector<double> rotations_from(double phase, int count) {
+  std::vector<double> list;
+  for (int m = 0; m < count; ++m) list.push_back(phase + kTurn * m / count);
+  return list;
+}
+
+/// What the farthest of the edges leaves at each height of the wall.
+class Wall {
  public:
-  Balance(const ToolCompliance& tool, const cutting::Cutter& cutter, const cutting::CuttingLaw& law,
-          const cutting::Condition& condition, const cutting::Immersion& immersion,
-          const FlexibleOptions& options, int steps)
-      : cutter_(cutter),
-        law_(law),
-        condition_(condition),
-        slices_(options.slices),
-        steps_(steps),
-        dz_(immersion.axial_depth / options.slices),
-        contact_(vibration::contact_angles(immersion.kind,
-                                           0.5 * immersion.radial_depth / cutter.radius)),
-        point_(cutting::Envelope(cutter).at(0.0)),
-        compliance_(slices_, slices_),
-        to_tip_(slices_),
-        left_(Eigen::MatrixXd::Zero(slices_, steps)) {
-    const cutting::Flutes flutes(cutter);
-    const cutting::Envelope envelope(cutter);
-    for (int s = 0; s < slices_; ++s) {
-      const double z = (s + 0.5) * dz_;
-      to_tip_[s] = tool.between(0.0, z);
-      for (int m = 0; m < slices_; ++m) compliance_(s, m) = tool.between(z, (m + 0.5) * dz_);
-      const cutting::ProfilePoint point = envelope.at(envelope.length_to(z));
-      for (int j = 0; j < cutter.flutes; ++j) {
-        lag_.push_back(
-            static_cast<int>(std::lround((flutes.angle(j) + point.lag) / kTurn * steps)));
-        radius_.push_back(flutes.deviation(j, point));
-      }
+  Wall(const EdgeBalance& balance, const ToolCompliance& tool, const cutting::Cutter& cutter,
+       const cutting::Immersion& immersion, const Layout& layout)
+      : balance_(balance),
+        tool_(tool),
+        cutter_(cutter),
+        layout_(layout),
+        angle_(wall_angle(immersion)) {}
+
+  /// Bone left at a height; `turn` is the one of all rotations where the pitch is unequal, else
+  /// that of the height before, which is kept where the edges pass both at once.
+  double error(double height, Turn& turn) const {
+    const cutting::ProfilePoint point = cutting::Envelope(cutter_).at(height);
+    VectorXd influence(layout_.slices);
+    for (int s = 0; s < layout_.slices; ++s) {
+      influence[s] = tool_.between(height, balance_.middle(s));
     }
-  }
-
-  /// Solves d = C F(d) at one step from the guess d (x of all slices, then y).
-  bool solve(int step, Eigen::VectorXd& d) const {
-    const Eigen::Index n = slices_;
-    Eigen::VectorXd force(2 * n);
-    Eigen::MatrixXd slope(2 * n, 2);  // ∂F_s/∂d_s: rows x of all slices, then y
-    const auto residual = [&](const Eigen::VectorXd& at) {
-      forces(step, at, force, slope);
-      Eigen::VectorXd r = at;
-      r.head(n) -= compliance_ * force.head(n);
-      r.tail(n) -= compliance_ * force.tail(n);
-      return r;
-    };
-    // A nanometre: a thousandth of the thinnest chips in use.
-    constexpr double enough = 1e-9;
-    Eigen::VectorXd r = residual(d);
-    for (int i = 0; i < 60; ++i) {
-      if (r.lpNorm<Eigen::Infinity>() < enough) return true;
-      Eigen::MatrixXd jacobian = Eigen::MatrixXd::Identity(2 * n, 2 * n);
-      for (Eigen::Index s = 0; s < n; ++s) {
-        for (Eigen::Index k = 0; k < 2; ++k) {
-          jacobian.block(0, k * n + s, n, 1) -= compliance_.col(s) * slope(s, k);
-          jacobian.block(n, k * n + s, n, 1) -= compliance_.col(s) * slope(n + s, k);
-        }
-      }
-      const Eigen::VectorXd change = jacobian.partialPivLu().solve(r);
-      double share = 1.0;
-      Eigen::VectorXd trial = d - change, r_trial = residual(trial);
-      while (r_trial.norm() >= r.norm() && share > 1e-3) {
-        share *= 0.5;
-        trial = d - share * change;
-        r_trial = residual(trial);
-      }
-      d = trial;
-      r = r_trial;
+    const double first = angle_ + point.lag;
+    if (layout_.equal_pitch && (turn.rotation.empty() || turn.rotation.front() != first)) {
+      turn = balance_.solve(rotations_from(first, layout_.together), turn);
     }
-    return r.lpNorm<Eigen::Infinity>() < 1e3 * enough;
-  }
-
-  /// Leaves the surface of this step and returns the force in x and y.
-  Eigen::Vector2d pass(int step, const Eigen::VectorXd& d, std::vector<double>& wall,
-                       int wall_bin) {
-    Eigen::VectorXd force(2 * slices_);
-    Eigen::MatrixXd slope(2 * slices_, 2);
-    forces(step, d, force, slope);
-    for_each_edge(step, d,
-                  [&](int s, int, int bin, double h, double place, double advance, auto&&...) {
-                    left_(s, bin) = h > 0.0 ? place : left_(s, bin) - advance;
-                    if (bin == wall_bin) {
-                      auto& deepest = wall[static_cast<std::size_t>(s)];
-                      deepest = std::max(deepest, left_(s, bin));
-                    }
-                  });
-    return {force.head(slices_).sum(), force.tail(slices_).sum()};
-  }
-
-  Eigen::Vector2d tip(const Eigen::VectorXd& d, int step) const {
-    Eigen::VectorXd force(2 * slices_);
-    Eigen::MatrixXd slope(2 * slices_, 2);
-    forces(step, d, force, slope);
-    return {to_tip_.dot(force.head(slices_)), to_tip_.dot(force.tail(slices_))};
-  }
-
-  /// The bin of the last step inside the contact before the finished wall, or the first behind it.
-  int wall_bin(bool at_entry) const {
-    const double edge = (at_entry ? contact_.entry : contact_.exit) / kTurn * steps_;
-    return at_entry ? static_cast<int>(std::ceil(edge - 0.5 + 1e-9))
-                    : static_cast<int>(std::floor(edge - 0.5 - 1e-9));
+    const double outward = angle_ == 0.0 ? 1.0 : -1.0;
+    double farthest = -std::numeric_limits<double>::infinity();
+    for (int j = 0; j < cutter_.flutes; ++j) {
+      const double place =
+          (first + balance_.flutes().angle(j) - turn.rotation.front()) / kTurn * layout_.together;
+      const double whole = std::floor(place + 1e-9), share = std::max(0.0, place - whole);
+      const auto y = [&](double at) {
+        const Index m = static_cast<Index>(at) % layout_.together;
+        return balance_.sum(turn, m, influence).y();
+      };
+      const double deflection = (1.0 - share) * y(whole) + share * y(whole + 1.0);
+      farthest = std::max(farthest, balance_.flutes().deviation(j, point) + outward * deflection);
+    }
+    return -farthest;
   }
 
  private:
-  template <class Visit>
-  void for_each_edge(int step, const Eigen::VectorXd& d, Visit visit) const {
-    for (int s = 0; s < slices_; ++s) {
-      for (int j = 0; j < cutter_.flutes; ++j) {
-        const auto edge = static_cast<std::size_t>(s * cutter_.flutes + j);
-        const int turned = step - lag_[edge];
-        const int bin = ((turned % steps_) + steps_) % steps_;
-        const double theta = kTurn * (bin + 0.5) / steps_;
-        if (theta < contact_.entry || theta > contact_.exit) continue;
-        const double sine = std::sin(theta), cosine = std::cos(theta);
-        const double place = radius_[edge] + sine * d[s] + cosine * d[slices_ + s];
-        const double advance = condition_.feed_per_tooth * std::max(0.0, sine);
-        visit(s, j, bin, advance + place - left_(s, bin), place, advance, theta, sine, cosine);
-      }
-    }
-  }
-
-  void forces(int step, const Eigen::VectorXd& d, Eigen::VectorXd& force,
-              Eigen::MatrixXd& slope) const {
-    force.setZero();
-    slope.setZero();
-    for_each_edge(
-        step, d,
-        [&](int s, int, int, double h, double, double, double theta, double sine, double cosine) {
-          if (h <= 0.0) return;
-          const geometry::Vector3 t = cutting::motion(theta);
-          const geometry::Vector3 n = cutting::outward_normal(theta, point_.kappa);
-          const auto at = [&](double chip) {
-            return cutting::edge_force(law_, chip, condition_.fibre_T, t, n, point_);
-          };
-          const double small = 1e-4 * h;
-          const geometry::Vector3 f = dz_ * at(h);
-          const geometry::Vector3 df = dz_ / (2.0 * small) * (at(h + small) - at(h - small));
-          force[s] += f.x();
-          force[slices_ + s] += f.y();
-          slope(s, 0) += df.x() * sine;
-          slope(s, 1) += df.x() * cosine;
-          slope(slices_ + s, 0) += df.y() * sine;
-          slope(slices_ + s, 1) += df.y() * cosine;
-        });
-  }
-
+  const EdgeBalance& balance_;
+  const ToolCompliance& tool_;
   const cutting::Cutter& cutter_;
-  const cutting::CuttingLaw& law_;
-  const cutting::Condition& condition_;
-  int slices_, steps_;
-  double dz_;
-  vibration::ContactAngles contact_;
-  cutting::ProfilePoint point_;
-  Eigen::MatrixXd compliance_;
-  Eigen::VectorXd to_tip_;
-  std::vector<int> lag_;        ///< steps by which an edge (slice, flute) lags behind flute 0's tip
-  std::vector<double> radius_;  ///< of an edge over the nominal one, m
-  /// Where the pass before left the surface at a slice and angle, outward of its nominal edge, m.
-  Eigen::MatrixXd left_;
+  Layout layout_;
+  double angle_;
 };
 
 }  // namespace
 
 FlexibleCut flexible_cut(const ToolCompliance& tool, const cutting::Cutter& cutter,
                          const cutting::CuttingLaw& law, const cutting::Condition& condition,
-                         const cutting::Immersion& immersion, const FlexibleOptions& options) {
-  check(cutter);
-  check(condition, cutter);
-  check(immersion, cutter);
-  check(law);
-  require_within("options.slices", options.slices, 1.0, 200.0, "");
-  require_within("options.steps", options.steps, 12.0, 3600.0, "");
-  if (cutter.shape != cutting::CutterShape::cylindrical) {
-    throw InvalidInput(Fault{"cutter.shape", "not cylindrical",
-                             "the flexible model is worked out for cylindrical cutters",
-                             "use shape = \"cylindrical\""});
-  }
-  const int steps = (options.steps + cutter.flutes - 1) / cutter.flutes * cutter.flutes;
-  Balance balance(tool, cutter, law, condition, immersion, options, steps);
-  const int wall_bin = balance.wall_bin(immersion.kind == cutting::ImmersionKind::up);
+                         const cutting::Immersion& immersion, const DeflectionOptions& options) {
+  check_static_cut(tool, cutter, law, condition, immersion, options);
+  const Layout layout = layout_of(cutter, immersion, options);
+  const EdgeBalance balance(tool, cutter, law, condition, immersion, layout.slices);
+  VectorXd to_tip(layout.slices);
+  for (int s = 0; s < layout.slices; ++s) to_tip[s] = tool.between(0.0, balance.middle(s));
+  const VectorXd ones = VectorXd::Ones(layout.slices);
 
   FlexibleCut result;
-  Eigen::VectorXd d = Eigen::VectorXd::Zero(2 * options.slices);
-  std::vector<double> tip_before;
-  for (int turn = 1; turn <= options.most_revolutions && !result.repeats; ++turn) {
-    result = {};
-    result.revolutions = turn;
-    std::vector<double> wall(static_cast<std::size_t>(options.slices), -1e300);
-    for (int i = 0; i < steps; ++i) {
-      if (!balance.solve(i, d)) ++result.unsolved_steps;
-      const Eigen::Vector2d tip = balance.tip(d, i);
-      const Eigen::Vector2d force = balance.pass(i, d, wall, wall_bin);
-      result.angle.push_back(kTurn * (i + 0.5) / steps);
-      result.force_x.push_back(force.x());
-      result.force_y.push_back(force.y());
-      result.tip_x.push_back(tip.x());
-      result.tip_y.push_back(tip.y());
-      result.peak_force = std::max(result.peak_force, force.norm());
+  const auto size = static_cast<std::size_t>(layout.phases * layout.together);
+  result.angle.resize(size);
+  result.force_x.resize(size);
+  result.force_y.resize(size);
+  result.tip_x.resize(size);
+  result.tip_y.resize(size);
+  Turn turn, middle, largest, worst;
+  Index at_largest = 0;
+  // From the middle of a tooth period to both of its ends, where chips are thin: each balance
+  // starts from the one beside it.
+  for (int k = 0; k < layout.phases; ++k) {
+    const int half = layout.phases / 2;
+    const int i = k < layout.phases - half ? half + k : layout.phases - 1 - k;
+    const double phase = kTurn * i / (layout.phases * layout.together);
+    if (i == half - 1) turn = middle;
+    turn = balance.solve(rotations_from(phase, layout.together), turn);
+    const double residual = turn.residual.lpNorm<Eigen::Infinity>();
+    if (k == 0) middle = turn;
+    result.residual = std::max(result.residual, residual);
+    if (residual >= kBalanced) {
+      result.worst_angle = phase;
+      break;
     }
-    const auto [low, high] = std::minmax_element(result.tip_y.begin(), result.tip_y.end());
-    result.total_tip = *high - *low;
-    for (int s = 0; s < options.slices; ++s) {
-      result.surface.axial_position.push_back((s + 0.5) * immersion.axial_depth / options.slices);
-      result.surface.error.push_back(-wall[static_cast<std::size_t>(s)]);
+    if (const double growth = balance.growth(turn); growth > result.growth) {
+      result.growth = growth;
+      result.worst_angle = phase;
+      worst = turn;
     }
-    if (!tip_before.empty()) {
-      double change = 0.0;
-      for (std::size_t i = 0; i < tip_before.size(); ++i) {
-        change = std::max(change, std::abs(result.tip_y[i] - tip_before[i]));
+    for (int m = 0; m < layout.together; ++m) {
+      const auto at = static_cast<std::size_t>(m * layout.phases + i);
+      const Eigen::Vector2d force = balance.sum(turn, m, ones), tip = balance.sum(turn, m, to_tip);
+      result.angle[at] = turn.rotation[static_cast<std::size_t>(m)];
+      result.force_x[at] = force.x();
+      result.force_y[at] = force.y();
+      result.tip_x[at] = tip.x();
+      result.tip_y[at] = tip.y();
+      if (force.norm() > result.peak_force) {
+        result.peak_force = force.norm();
+        largest = turn;
+        at_largest = m;
       }
-      result.repeats = change <= options.tolerance * result.total_tip + 1e-12;
     }
-    tip_before = result.tip_y;
   }
+  if (result.residual >= kBalanced) {
+    if (result.peak_force > 0.0) {
+      result.cut_stiffness = balance.stiffness(largest, at_largest).over_tool;
+    }
+    return result;
+  }
+  if (result.growth > 0.0) result.growth = balance.exact_growth(worst);
+  const auto [low, high] = std::minmax_element(result.tip_y.begin(), result.tip_y.end());
+  result.total_tip = *high - *low;
+  if (result.peak_force > 0.0) {
+    const EdgeBalance::Stiffness stiffness = balance.stiffness(largest, at_largest);
+    result.cut_stiffness = stiffness.over_tool;
+    if (stiffness.left > 0.0 && stiffness.left < 1.0) {
+      result.revolutions = std::max(1.0, std::log(0.01) / std::log(stiffness.left) / cutter.flutes);
+    }
+  }
+
+  const Wall wall(balance, tool, cutter, immersion, layout);
+  std::vector<double> heights{0.0};
+  for (int s = 0; s < layout.slices; ++s) heights.push_back(balance.middle(s));
+  heights.push_back(immersion.axial_depth);
+  for (const double z : heights) {
+    result.surface.axial_position.push_back(z);
+    result.surface.error.push_back(wall.error(z, turn));
+    result.residual = std::max(result.residual, turn.residual.lpNorm<Eigen::Infinity>());
+  }
+  // A disturbance that neither grows nor dies out, but for rounding, is not at rest either.
+  result.rest = result.residual >= kBalanced ? Rest::unbalanced
+                : result.growth > 1.0 - 1e-9 ? Rest::unstable
+                                             : Rest::at_rest;
   return result;
 }
 

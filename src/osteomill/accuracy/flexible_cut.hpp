@@ -7,19 +7,21 @@
 
 namespace osteomill::accuracy {
 
-struct FlexibleOptions {
-  int slices = 12;
-  int steps = 120;            ///< of a revolution, rounded up to a multiple of the flutes
-  int most_revolutions = 40;  ///< until one repeats the one before
-  double tolerance = 1e-4;    ///< of the tip's deflection from one revolution to the next
+enum class Rest {
+  at_rest,     ///< forces and deflections meet, and a disturbance dies out
+  unstable,    ///< they meet, but a disturbance grows from revolution to revolution
+  unbalanced,  ///< no deflection was found that they meet at
 };
 
-/// The last revolution of a cut whose tool gives way.
+/// The revolution that a cut repeats whose tool gives way.
 struct FlexibleCut {
-  bool repeats = false;  ///< the last revolution equals the one before
-  int revolutions = 0;
-  int unsolved_steps = 0;     ///< of the last revolution, where forces and deflections do not meet
-  std::vector<double> angle;  ///< rad
+  Rest rest = Rest::unbalanced;
+  double residual = 0.0;       ///< largest difference of a chip and what lies before its edge, m
+  double growth = 0.0;         ///< of a disturbance in a revolution, at the worst angle
+  double worst_angle = 0.0;    ///< of that growth, or of that residual, rad
+  double cut_stiffness = 0.0;  ///< dF/dh of the cut over the tool's stiffness, at the largest force
+  double revolutions = 0.0;    ///< until a disturbance is down to 1 %, at the largest force
+  std::vector<double> angle;   ///< rotation of flute 1's tip, rad
   std::vector<double> force_x, force_y;  ///< N
   std::vector<double> tip_x, tip_y;      ///< m
   double peak_force = 0.0;               ///< resultant, N
@@ -27,18 +29,23 @@ struct FlexibleCut {
   SurfaceError surface;
 };
 
-/// Balance of forces and deflections: at each angle the chip is what lies between the deflected
-/// edge and the surface that the passes before have left, and the deflection is that of the force
-/// on this chip; [sutherland1986], as [plaskos2002] §4.5.5.3 describes it. Without run-out (of the
-/// cutter: see cutting::Cutter) all teeth deflect alike and the forces are those of the rigid
-/// model; with run-out the tool's flexibility evens the chips out. Quasi-static, cylindrical
-/// cutters.
+/// Balance of forces and deflections, [sutherland1986] as [plaskos2002] §4.5.5.3 describes it: at
+/// each angle the chip is what lies between the deflected edge and the surface that the edges
+/// before have left, and the deflection is that of the forces on these chips. The revolution that
+/// repeats is sought at once, by Newton's method for all edges that meet the same surface; and the
+/// spectral radius of the linearised way from one revolution to the next says whether a cut would
+/// come to rest there. Without run-out all edges deflect alike and forces and surface are those of
+/// the rigid cut; with run-out the tool's flexibility evens the chips out, and the edge that
+/// reaches farthest makes the wall.
 ///
-/// Where the cut is stiffer than the tool (∂F/∂h × depth against the tip's stiffness, beyond about
-/// one half) the balance may jump from tooth to tooth: it then does not repeat, and only the
-/// dynamics (vibration: stability) can say what happens.
+/// Quasi-static, cylindrical cutters. Chips lie on the rays of the undeflected edges, so that
+/// deflections must be small against the cutter's radius. With unequal pitch the revolution is
+/// solved at `kUnequalSteps` angles, and at most `kUnequalSlices` slices.
 FlexibleCut flexible_cut(const ToolCompliance& tool, const cutting::Cutter& cutter,
                          const cutting::CuttingLaw& law, const cutting::Condition& condition,
-                         const cutting::Immersion& immersion, const FlexibleOptions& options = {});
+                         const cutting::Immersion& immersion,
+                         const DeflectionOptions& options = {});
+inline constexpr int kUnequalSteps = 72;
+inline constexpr int kUnequalSlices = 10;
 
 }  // namespace osteomill::accuracy

@@ -75,6 +75,18 @@ void check_cut(const cutting::Cutter& cutter, const cutting::CuttingLaw& law,
 
 }  // namespace
 
+void check_static_cut(const ToolCompliance& tool, const cutting::Cutter& cutter,
+                      const cutting::CuttingLaw& law, const cutting::Condition& condition,
+                      const cutting::Immersion& immersion, const DeflectionOptions& options) {
+  check_cut(cutter, law, condition, immersion);
+  require_positive("options.slice_height_mm", options.slice_height / units::mm, "mm");
+  require_within("options.steps", options.steps, 12.0, 36000.0, "");
+  if (immersion.axial_depth > tool.length() * (1.0 + 1e-12)) {
+    throw InvalidInput(Fault{"tool.length_mm", "shorter than the axial depth",
+                             "the tool must reach out of the cut", "lengthen the tool"});
+  }
+}
+
 double largest_magnitude(const SurfaceError& error) {
   double largest = 0.0;
   for (const double e : error.error) largest = std::max(largest, std::abs(e));
@@ -95,13 +107,7 @@ ToolDeflection tool_deflection(const ToolCompliance& tool, const cutting::Cutter
                                const cutting::CuttingLaw& law, const cutting::Condition& condition,
                                const cutting::Immersion& immersion,
                                const DeflectionOptions& options) {
-  check_cut(cutter, law, condition, immersion);
-  require_positive("options.slice_height_mm", options.slice_height / units::mm, "mm");
-  require_within("options.steps", options.steps, 12.0, 36000.0, "");
-  if (immersion.axial_depth > tool.length() * (1.0 + 1e-12)) {
-    throw InvalidInput(Fault{"tool.length_mm", "shorter than the axial depth",
-                             "the tool must reach out of the cut", "lengthen the tool"});
-  }
+  check_static_cut(tool, cutter, law, condition, immersion, options);
   const SliceForce force(cutter, law, condition, immersion);
   // A slice is thin enough for its forces to stand at its middle, and for its edge to lag by no
   // more than 0.1 rad.

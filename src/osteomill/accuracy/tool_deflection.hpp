@@ -41,6 +41,11 @@ struct ToolDeflection {
   SurfaceError surface;
 };
 
+/// Throws InvalidInput where deflection and surface of such a cut cannot be worked out.
+void check_static_cut(const ToolCompliance& tool, const cutting::Cutter& cutter,
+                      const cutting::CuttingLaw& law, const cutting::Condition& condition,
+                      const cutting::Immersion& immersion, const DeflectionOptions& options);
+
 /// Slice forces of [plaskos2002] eqs 8-9 on the beam of eq. 10 at every rotation angle. The
 /// finished wall lies at −y (θ = π) in a slot and in down-milling, at +y (θ = 0) in up-milling;
 /// each height of it is made when an edge passes there (§4.2.6), its error is the deflection away

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "osteomill/accuracy/flexible_cut.hpp"
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 
@@ -172,44 +171,6 @@ TEST(ToolDeflection, StiffVibratingToolErrsLikeTheStaticOne) {
   EXPECT_NEAR(moving.error.front(), still.error.front(), 0.06 * largest_magnitude(still));
 }
 
-// Stiff enough for the balance to hold: 1100 N/mm against some 250 N/mm of the cut.
-ToolCompliance stout() { return ToolCompliance::cantilever(35 * mm, 6.35 * mm, 197 * units::gpa); }
-
-TEST(FlexibleCut, WithoutRunOutHasTheForcesOfTheRigidCut) {
-  const FlexibleCut flexible = flexible_cut(stout(), mill(2), thesis_law(), at_feed(10.0, 2),
-                                            slot(1), {.slices = 4, .steps = 180});
-  EXPECT_TRUE(flexible.repeats);
-  EXPECT_EQ(flexible.unsolved_steps, 0);
-  const ToolDeflection rigid =
-      tool_deflection(stout(), mill(2), thesis_law(), at_feed(10.0, 2), slot(1));
-  // Steps of 2° against 1°, at half steps: a degree of a curve.
-  EXPECT_NEAR(flexible.total_tip, rigid.total_tip, 0.02 * rigid.total_tip);
-}
-
-TEST(FlexibleCut, EvensOutTheRunOutThatARigidToolFeelsInFull) {
-  Cutter eccentric = mill(2);
-  eccentric.run_out.offset = 4e-6;
-  const Condition feed = at_feed(10.0, 2);  // 15 µm a tooth: one cuts 23 µm, the other 7
-  const auto cut = [&](double diameter, const Cutter& cutter) {
-    return flexible_cut(ToolCompliance::cantilever(35 * mm, diameter, 197e9), cutter, thesis_law(),
-                        feed, slot(1), {.slices = 4});
-  };
-  const FlexibleCut rigid = cut(200 * mm, eccentric), slender = cut(6.35 * mm, eccentric);
-  const FlexibleCut even = cut(6.35 * mm, mill(2));
-  EXPECT_TRUE(rigid.repeats);
-  EXPECT_TRUE(slender.repeats);
-  EXPECT_GT(rigid.peak_force, 1.2 * even.peak_force);
-  EXPECT_LT(slender.peak_force, 0.97 * rigid.peak_force);
-  EXPECT_GT(slender.peak_force, even.peak_force);
-}
-
-TEST(FlexibleCut, SaysWhenTheBalanceDoesNotHold) {
-  // The slender tool of the thesis in a deep slot: the cut is forty times stiffer than the tool.
-  EXPECT_FALSE(flexible_cut(standard(), mill(2), thesis_law(), at_feed(2.0, 2), slot(5),
-                            {.slices = 3, .steps = 60, .most_revolutions = 10})
-                   .repeats);
-}
-
 TEST(ToolDeflection, BadInputsAreNamed) {
   EXPECT_THROW(ToolCompliance::cantilever(0.0, 2e-3, 197e9), InvalidInput);
   EXPECT_THROW(ToolCompliance::cantilever(0.03, -2e-3, 197e9), InvalidInput);
@@ -222,9 +183,6 @@ TEST(ToolDeflection, BadInputsAreNamed) {
   ball.shape = cutting::CutterShape::ball;
   EXPECT_THROW(tool_deflection(standard(), ball, thesis_law(), at_feed(1.0, 2), slot(1)),
                InvalidInput);
-  EXPECT_THROW(
-      flexible_cut(standard(), mill(2), thesis_law(), at_feed(1.0, 2), slot(5), {.slices = 0}),
-      InvalidInput);
 }
 
 }  // namespace
