@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How often the intervals of a study's report hold the truth, in simulated studies: the tables of
 // docs/theory/study.md.
-//   ./run coverage normal | sd | sd-held-out | shapes | shapes-held-out [STUDIES]
+//   ./run coverage normal | forecasts | sd | sd-held-out | shapes | shapes-held-out [STUDIES [SEED]]
 #include <fmt/format.h>
 #include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -9,12 +9,26 @@
 #include <cstdlib>
 #include <string>
 
+#include "osteomill/study/forecast.hpp"
 #include "osteomill/study/simulated_study.hpp"
 
 namespace {
 
 using namespace osteomill;
 using namespace osteomill::study;
+
+CoverageCounts combined(oneapi::tbb::combinable<CoverageCounts>& parts) {
+  CoverageCounts sum;
+  parts.combine_each([&](const CoverageCounts& part) {
+    for (const auto& [kind, c] : part) {
+      CoverageCount& to = sum[kind];
+      to.below += c.below;
+      to.held += c.held;
+      to.above += c.above;
+    }
+  });
+  return sum;
+}
 
 CoverageCounts repeat(const SimulatedStudy& study, int repetitions, std::uint64_t seed) {
   const SimulatedPopulation population =
@@ -31,16 +45,7 @@ CoverageCounts repeat(const SimulatedStudy& study, int repetitions, std::uint64_
     const StudyReport report = analyse_study(drawn.table, own);
     count_coverage(study, population, drawn, report, parts.local());
   });
-  CoverageCounts sum;
-  parts.combine_each([&](const CoverageCounts& part) {
-    for (const auto& [kind, c] : part) {
-      CoverageCount& to = sum[kind];
-      to.below += c.below;
-      to.held += c.held;
-      to.above += c.above;
-    }
-  });
-  return sum;
+  return combined(parts);
 }
 
 void print(const std::string& heading, const std::vector<std::string>& names,
@@ -78,7 +83,12 @@ SimulatedStudy base() {
   return s;
 }
 
-void normal(int repetitions) {
+/// The columns of normal errors.
+struct NamedStudy {
+  std::string name;
+  SimulatedStudy study;
+};
+std::vector<NamedStudy> normal_studies() {
   SimulatedStudy balanced = base();
   balanced.operator_sd = 0.8;
   balanced.operator_technique_sd = 0.6;
@@ -90,14 +100,68 @@ void normal(int repetitions) {
   alike.operator_sd = 0.5;
   alike.operator_technique_sd = 0.3;
   spread.cut_sd = {1.0, 0.5};
+  return {{"equal cells", balanced}, {"unequal cells", unequal}, {"4 operators", few},
+          {"16 operators", many},    {"operators alike", alike}, {"SDs 1 and 0.5", spread}};
+}
+
+void normal(int repetitions, std::uint64_t seed) {
   std::vector<CoverageCounts> columns;
-  for (const SimulatedStudy& s : {balanced, unequal, few, many, alike, spread}) {
-    columns.push_back(repeat(s, repetitions, 20020));
+  std::vector<std::string> names;
+  for (const NamedStudy& s : normal_studies()) {
+    columns.push_back(repeat(s.study, repetitions, seed));
+    names.push_back(s.name);
   }
-  print(fmt::format("Normal errors, {} studies each", repetitions),
-        {"equal cells", "unequal cells", "4 operators", "16 operators", "operators alike",
-         "SDs 1 and 0.5"},
-        columns);
+  print(fmt::format("Normal errors, {} studies each", repetitions), names, columns);
+}
+
+/// Only what a report foretells of other operators, where it knows them by their number.
+CoverageCounts repeat_forecasts(const SimulatedStudy& study, int repetitions, std::uint64_t seed) {
+  const SimulatedPopulation population = draw_population(study, 1000000, seed);
+  const Design design;
+  struct Part {
+    std::vector<double> y;
+    std::vector<int> who;
+  };
+  oneapi::tbb::combinable<CoverageCounts> parts;
+  oneapi::tbb::parallel_for(0, repetitions, [&](int r) {
+    Random random(seed, static_cast<std::uint64_t>(r) + 2);
+    const DrawnStudy drawn = draw_study(study, random);
+    std::map<std::string, Part> groups;
+    std::map<std::string, int> numbers;
+    for (const auto& row : drawn.table.rows) {
+      const auto& cell = row.cells;  // operator, response, group, technique
+      const int who = numbers.try_emplace(cell[0], static_cast<int>(numbers.size())).first->second;
+      for (const std::string& key :
+           {std::string("all cuts"), "group " + cell[2], "technique " + cell[3],
+            "group, technique " + cell[2] + cell[3]}) {
+        groups[key].y.push_back(std::stod(cell[1]));
+        groups[key].who.push_back(who);
+      }
+    }
+    for (const auto& [key, part] : groups) {
+      const Population of = estimate_population(part.y, part.who);
+      for (const int cuts : {1, 2}) {
+        const Interval interval =
+            forecast(of, cuts, {.seed = static_cast<std::uint64_t>(r), .draws = 2000})
+                .outside.interval;
+        const double truth =
+            population.share_outside(cuts == 1 ? population.one : population.two, design.limit_deg);
+        CoverageCount& c =
+            parts.local()[fmt::format("{}, {}, {} operators", cuts == 1 ? "one cut" : "alignment",
+                                      key.substr(0, key.rfind(' ')), of.operators)];
+        (interval.high < truth ? c.below : interval.low > truth ? c.above : c.held) += 1;
+      }
+    }
+  });
+  return combined(parts);
+}
+
+void forecasts(int repetitions, std::uint64_t seed) {
+  for (const NamedStudy& s : normal_studies()) {
+    if (s.study.cut_sd.size() > 1) continue;  // no one truth
+    print(fmt::format("Share outside, {} studies", repetitions), {s.name},
+          {repeat_forecasts(s.study, repetitions, seed)});
+  }
 }
 
 /// Three operators, one technique, cells of unequal size: what remains of the report are SDs.
@@ -140,8 +204,11 @@ void shapes(ShapeRole role, int repetitions) {
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const int repetitions = argc > 2 ? std::atoi(argv[2]) : 2000;
+  const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 20020;
   if (repetitions > 0 && what == "normal") {
-    normal(repetitions);
+    normal(repetitions, seed);
+  } else if (repetitions > 0 && what == "forecasts") {
+    forecasts(repetitions, seed);
   } else if (repetitions > 0 && what == "sd") {
     sd(ShapeRole::kDesign, repetitions);
   } else if (repetitions > 0 && what == "sd-held-out") {
@@ -152,7 +219,8 @@ int main(int argc, char** argv) {
     shapes(ShapeRole::kHeldOut, repetitions);
   } else {
     fmt::print(stderr,
-               "./run coverage normal | sd | sd-held-out | shapes | shapes-held-out [STUDIES]\n");
+               "./run coverage normal | forecasts [STUDIES [SEED]], sd | sd-held-out | shapes | "
+               "shapes-held-out [STUDIES]\n");
     return 2;
   }
   return 0;

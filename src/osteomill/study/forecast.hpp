@@ -51,10 +51,10 @@ struct Forecast {
 
 /// Of the sum of `cuts` independent cuts. The share outside by generalised (fiducial) draws of mean
 /// and variances, Krishnamoorthy and Mathew 2009; a drawn mean's square is 2 sd^2/n too large on
-/// average, and without that excess taken off (3 for the lower end), the interval is too high for a
-/// mean near zero. The
-/// tolerance interval by the exact factor where cuts are alone, otherwise as Howe 1969 with the
-/// upper limit of T by modified large samples (Graybill and Wang 1980).
+/// average, and without that excess taken off (for the lower end 3, and 1/2 more for each operator
+/// below eight), the interval is too high for a mean near zero. The tolerance interval by the exact
+/// factor where cuts are alone, otherwise as Howe 1969 with the upper limit of T by modified large
+/// samples (Graybill and Wang 1980).
 Forecast forecast(const Population& population, int cuts, const ForecastOptions& options = {});
 
 }  // namespace osteomill::study

@@ -20,9 +20,6 @@ std::optional<CoverageRange> coverage_without_normality(int cuts);
 /// Of the chi-squared interval where the errors are not normal, which few cuts may hide.
 std::optional<CoverageRange> coverage_of_chi_squared(int cuts);
 
-/// Groups of two operators: a spread known from one difference.
-inline constexpr const char* kCoverageOfTwoOperators = "89-93 %";
-
 /// What the intervals of a report held where the errors were not normal, in one sentence.
 inline constexpr const char* kCoverageIfNotNormal =
     "with eleven other shapes of errors, 95 % intervals that suppose normal ones held the truth in "
