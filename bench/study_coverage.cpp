@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How often the intervals of a study's report hold the truth, in simulated studies: the tables of
 // docs/theory/study.md.
-//   ./run coverage normal | forecasts | sd | sd-held-out | shapes | shapes-held-out [STUDIES [SEED]]
+//   ./run coverage normal|forecasts|sd|sd-held-out|shapes|shapes-held-out [STUDIES [SEED]]
 #include <fmt/format.h>
 #include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <nlopt.hpp>
 #include <numbers>
 #include <string_view>
+#include <utility>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -48,74 +50,140 @@ class Scale {
   std::vector<std::size_t> free_;
 };
 
+/// Spectral radius at points of a candidate's lattice that have been worked out: it knows no
+/// limits, so that problems that differ by these share it.
+using ChatterAt = std::map<std::size_t, double>;
+
 /// One candidate: COBYLA on the logarithms, limits as inequality constraints.
 class Search {
  public:
-  Search(const ChoiceProblem& problem, const Candidate& candidate)
-      : problem_(problem), evaluator_(problem, candidate), scale_(problem.spans) {
+  Search(const ChoiceProblem& problem, const Candidate& candidate, ChatterAt& chatter)
+      : problem_(problem),
+        candidate_(candidate),
+        chatter_(chatter),
+        evaluator_(problem, candidate),
+        scale_(problem.spans) {
     limits_ =
         limit_uses(problem, evaluator_(scale_.point(std::vector<double>(4, 0.5).data()))).size();
   }
 
   /// `solved` hears of each search that ends, and says whether to go on.
   Choice run(const std::string& name, const std::function<bool()>& solved) {
-    Choice best;
-    best.candidate = name;
-    double least_excess = kNone;
-    std::vector<double> closest, at_best;
-    const auto consider = [&](const std::vector<double>& x) {
-      const Point point = scale_.point(x.data());
-      const CutQuality quality = evaluator_(point);
-      const double over = excess(limit_uses(problem_, quality));
-      if (over < least_excess) {
-        least_excess = over;
-        closest = x;
-      }
-      const double goal = goal_of(problem_, quality);
-      if (over <= kMet && goal < best.goal) {
-        best.goal = goal;
-        best.point = point;
-        best.feasible = true;
-        at_best = x;
-      }
-    };
     const auto from = [&](double start) { return std::vector<double>(scale_.size(), start); };
-    const auto search = [&](const std::vector<double>& start, bool restore) {
+    const auto search = [&](const std::vector<double>& start, bool restore, double step) {
       if (stopped_) return;
-      consider(solve(start, restore));
+      solve(start, restore, step);
       stopped_ = !solved();
     };
-    if (scale_.size() == 0) {
-      consider({});
-    } else {
+    constexpr double wide = 0.1, fine = 0.02;
+    if (problem_.limits.chatter) {
+      try_lattice();
+    }
+    quality_at(from(0.5).data());
+    if (scale_.size() > 0) {
       // Where the middle leads to nothing that meets the limits, whether anything does comes first.
-      consider(solve(from(0.5), false));
-      stopped_ = !solved();
-      if (!best.feasible) {
-        for (const double start : {0.1, 0.5, 0.9}) search(from(start), true);
-        if (!best.feasible && least_excess <= kMet) search(closest, false);
+      search(from(0.5), false, wide);
+      if (!best_.feasible) {
+        for (const double start : {0.1, 0.5, 0.9}) search(from(start), true, wide);
+        if (!best_.feasible) search(closest_, true, fine);
       }
-      if (best.feasible) {
-        for (const double start : {0.2, 0.8}) search(from(start), false);
-        // A search may end in a corner of its own simplex: again from there with a fresh one, while
-        // that gains a thousandth.
-        for (double before = kNone; best.goal < before * (1.0 - 1e-3) && !stopped_;) {
-          before = best.goal;
-          search(at_best, false);
+      if (best_.feasible) {
+        for (const double start : {0.2, 0.8}) search(from(start), false, wide);
+        for (const std::vector<double>& start : starts_) search(start, false, fine);
+        // A search may end in a corner of its own simplex: again from the best with fresh ones,
+        // while that gains a thousandth.
+        for (double before = kNone; best_.goal < before * (1.0 - 1e-3) && !stopped_;) {
+          before = best_.goal;
+          for (const double step : {wide, fine}) search(at_best_, false, step);
         }
       }
     }
-    if (!best.feasible) {
-      best.point = scale_.point(closest.data());
-      best.goal = least_excess;
+    best_.candidate = name;
+    if (!best_.feasible) {
+      best_.point = scale_.point(closest_.data());
+      best_.goal = least_excess_;
     }
-    best.evaluations = evaluations_;
-    return best;
+    best_.evaluations = evaluations_;
+    return best_;
   }
 
-  const Evaluator& evaluator() const { return evaluator_; }
-
  private:
+  /// Works out a point and keeps it where it is the best or the closest so far.
+  CutQuality quality_at(const double* x) {
+    const CutQuality quality = evaluator_(scale_.point(x));
+    ++evaluations_;
+    keep(x, quality);
+    return quality;
+  }
+
+  void keep(const double* x, const CutQuality& quality) {
+    const double over = excess(limit_uses(problem_, quality)), goal = goal_of(problem_, quality);
+    const std::vector<double> here(x, x + scale_.size());
+    if (over < least_excess_) {
+      least_excess_ = over;
+      closest_ = here;
+    }
+    if (over <= kMet && goal < best_.goal) {
+      best_.goal = goal;
+      best_.point = scale_.point(x);
+      best_.feasible = true;
+      at_best_ = here;
+    }
+  }
+
+  /// Between its lobes the limit of chatter has pockets, which no search finds from afar: a coarse
+  /// grid first. Chatter is worked out where all else is met, the best goal first.
+  void try_lattice() {
+    ChoiceProblem quiet = problem_;
+    quiet.limits.chatter.reset();
+    const Evaluator evaluator(quiet, candidate_);
+    struct Tried {
+      double goal;
+      std::size_t index;
+      CutQuality quality;
+    };
+    const std::vector<std::vector<double>> points = lattice(6);
+    std::vector<Tried> list;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const CutQuality quality = evaluator(scale_.point(points[i].data()));
+      if (excess(limit_uses(quiet, quality)) > kMet) continue;
+      list.push_back({goal_of(quiet, quality), i, quality});
+    }
+    std::sort(list.begin(), list.end(), [](const Tried& a, const Tried& b) {
+      return std::pair(a.goal, a.index) < std::pair(b.goal, b.index);
+    });
+    constexpr std::size_t enough = 3;
+    for (Tried& tried : list) {
+      if (starts_.size() == enough) break;
+      const std::vector<double>& x = points[tried.index];
+      const auto known = chatter_.find(tried.index);
+      if (known == chatter_.end()) {
+        tried.quality = quality_at(x.data());
+        chatter_[tried.index] = tried.quality.chatter;
+      } else {
+        tried.quality.chatter = known->second;
+        keep(x.data(), tried.quality);
+      }
+      if (excess(limit_uses(problem_, tried.quality)) <= kMet) starts_.push_back(x);
+    }
+  }
+
+  /// Points of the free variables, so many of each.
+  std::vector<std::vector<double>> lattice(int points) const {
+    std::vector<std::vector<double>> list{{}};
+    for (unsigned k = 0; k < scale_.size(); ++k) {
+      std::vector<std::vector<double>> longer;
+      for (const std::vector<double>& x : list) {
+        for (int i = 0; i < points; ++i) {
+          longer.push_back(x);
+          longer.back().push_back(static_cast<double>(i) / (points - 1));
+        }
+      }
+      list = std::move(longer);
+    }
+    return list;
+  }
+
   struct State {
     Search* search;
     bool restore;
@@ -126,9 +194,8 @@ class Search {
     void at(const double* from, unsigned n) {
       if (x.size() == n && std::equal(x.begin(), x.end(), from)) return;
       x.assign(from, from + n);
-      quality = search->evaluator_(search->scale_.point(from));
+      quality = search->quality_at(from);
       uses = limit_uses(search->problem_, quality);
-      ++search->evaluations_;
     }
   };
 
@@ -151,8 +218,7 @@ class Search {
   }
 
   /// `restore`: the least excess, as an epigraph variable behind the others, instead of the goal.
-  std::vector<double> solve(std::vector<double> x, bool restore) {
-    const unsigned free = scale_.size();
+  void solve(std::vector<double> x, bool restore, double step) {
     if (restore) x.push_back(1.0);
     const unsigned n = static_cast<unsigned>(x.size());
     State state{this, restore, {}, {}, {}};
@@ -169,7 +235,7 @@ class Search {
       cobyla.add_inequality_mconstraint(constraints, &state,
                                         std::vector<double>(limits_, 0.1 * kMet));
     }
-    cobyla.set_initial_step(0.1);
+    cobyla.set_initial_step(step);
     cobyla.set_xtol_rel(1e-5);
     cobyla.set_maxeval(600);
     if (restore) {
@@ -183,18 +249,22 @@ class Search {
     try {
       cobyla.optimize(x, goal);
     } catch (const nlopt::roundoff_limited&) {
-      // x holds the best point so far, which is what is wanted.
+      // The best point has been kept on the way.
     }
-    x.resize(free);
-    return x;
   }
 
   const ChoiceProblem& problem_;
+  const Candidate& candidate_;
+  ChatterAt& chatter_;
   Evaluator evaluator_;
   Scale scale_;
   std::size_t limits_ = 0;
   int evaluations_ = 0;
   bool stopped_ = false;
+  Choice best_;
+  double least_excess_ = kNone;
+  std::vector<double> closest_, at_best_;
+  std::vector<std::vector<double>> starts_;
 };
 
 bool better(const Choice& a, const Choice& b) {
@@ -208,14 +278,16 @@ const Candidate& named(const std::vector<Candidate>& candidates, const std::stri
 }
 
 Choice best_of(const ChoiceProblem& problem, const std::vector<Candidate>& candidates,
-               const Progress& progress = {}, std::string_view doing = "choose") {
+               std::vector<ChatterAt>& chatter, const Progress& progress = {},
+               std::string_view doing = "choose") {
   std::vector<Choice> choices(candidates.size());
+  chatter.resize(candidates.size());
   // Most candidates end after four or five searches.
   const double all = 5.0 * static_cast<double>(candidates.size());
   std::mutex reporting;
   double done = 0.0;
   tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
-    choices[i] = Search(problem, candidates[i]).run(candidates[i].name, [&] {
+    choices[i] = Search(problem, candidates[i], chatter[i]).run(candidates[i].name, [&] {
       const std::scoped_lock lock(reporting);
       done = std::min(all - 1.0, done + 1.0);
       return go_on(progress, doing, done / all);
@@ -274,14 +346,15 @@ void finish(const ChoiceProblem& problem, const std::vector<Candidate>& candidat
 Choice choose(const ChoiceProblem& problem, const std::vector<Candidate>& candidates,
               const Progress& progress) {
   check(problem, candidates);
-  Choice choice = best_of(problem, candidates, progress);
+  std::vector<ChatterAt> chatter;
+  Choice choice = best_of(problem, candidates, chatter, progress);
   finish(problem, candidates, choice);
   if (!choice.feasible) return choice;
   for (const LimitUse& use : limit_uses(problem, choice.quality)) {
     if (use.use <= 0.995) continue;
     ChoiceProblem relaxed = problem;
     scale_limit(relaxed.limits, use.name, 1.1, problem.heat.start);
-    const Choice other = best_of(relaxed, candidates, progress, "relax " + use.name);
+    const Choice other = best_of(relaxed, candidates, chatter, progress, "relax " + use.name);
     const double goal = std::min(other.goal, choice.goal);
     choice.relaxations.push_back({use.name, goal, 1.0 - goal / choice.goal});
   }
@@ -343,12 +416,13 @@ std::vector<ParetoPoint> pareto_front(const ChoiceProblem& problem,
   ChoiceProblem fastest = problem;
   fastest.goal = Goal::time;
   fastest.limits.surface_error.reset();
-  Choice fast = best_of(fastest, candidates, progress, "fastest cut");
+  std::vector<ChatterAt> chatter;
+  Choice fast = best_of(fastest, candidates, chatter, progress, "fastest cut");
   if (!fast.feasible) return {};
   ChoiceProblem accurate = problem;
   accurate.goal = Goal::error;
   accurate.limits.surface_error.reset();
-  Choice exact = best_of(accurate, candidates, progress, "most accurate cut");
+  Choice exact = best_of(accurate, candidates, chatter, progress, "most accurate cut");
   if (!exact.feasible) return {};
   finish(fastest, candidates, fast);
   finish(accurate, candidates, exact);
@@ -364,7 +438,7 @@ std::vector<ParetoPoint> pareto_front(const ChoiceProblem& problem,
       one.limits.surface_error =
           high * std::pow(low / high, static_cast<double>(i) / (points - 1)) * (1.0 + kMet);
     }
-    const Choice choice = best_of(one, candidates);
+    const Choice choice = best_of(one, candidates, chatter);
     if (!choice.feasible) continue;
     const CutQuality quality =
         Evaluator(problem, named(candidates, choice.candidate), true)(choice.point);

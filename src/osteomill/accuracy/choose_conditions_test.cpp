@@ -57,6 +57,34 @@ TEST(Choose, AgreesWithBruteForce) {
   EXPECT_LT(fine.evaluations, 2 * grid.evaluations * 3);
 }
 
+TEST(Choose, WithALimitOfChatterComesUpToAGrid) {
+  // The boundary of chatter has corners, at which a search may stop short.
+  ChoiceProblem p = problem();
+  p.spans = {Span{5e-6, 50e-6}, Span{10000 * rpm, 40000 * rpm}, Span{0.2 * mm, 30 * mm}, Span{}};
+  p.limits.chatter = 0.9;
+  Candidate stiff = mill("stiff", 8.0 * mm, 2, 36 * mm);
+  const Choice fine = choose(p, {stiff});
+  const Choice grid = choose_by_grid(p, {stiff}, 8);
+  ASSERT_TRUE(grid.feasible);
+  ASSERT_TRUE(fine.feasible);
+  // A grid may hit a corner of the boundary that a search, which goes on while it gains a
+  // thousandth, comes close to.
+  EXPECT_LE(fine.goal, 1.01 * grid.goal);
+}
+
+TEST(Choose, WhereNothingIsFeasibleComesAsCloseAsAGrid) {
+  ChoiceProblem p = problem();
+  p.limits.peak_force = 0.05;
+  p.limits.deflection = 0.001 * mm;
+  const Choice closest = choose(p, kMills);
+  const Choice grid = choose_by_grid(p, kMills, 15);
+  EXPECT_EQ(closest.status, "infeasible");
+  EXPECT_EQ(closest.candidate, grid.candidate);
+  // The search for the least excess ends at a part in ten thousand.
+  const double least = excess(limit_uses(p, grid.quality));
+  EXPECT_LE(excess(limit_uses(p, closest.quality)), least * (1.0 + 1e-3));
+}
+
 TEST(Choose, NamesTheBindingLimitAndWhatRelaxingItBuys) {
   const Choice choice = choose(problem(), kMills);
   EXPECT_EQ(choice.status, "optimal");

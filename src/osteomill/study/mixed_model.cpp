@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/study/mixed_model.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -15,6 +11,7 @@
 #include <numbers>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
 
 namespace osteomill::study {
