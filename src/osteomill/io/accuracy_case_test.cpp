@@ -163,7 +163,7 @@ TEST(AccuracyCase, ExamplesAreRead) {
   const std::filesystem::path examples = OSTEOMILL_SOURCE_DIR "/examples";
   for (const CaseRun& run : read_case(examples / "deflection.toml", {})) read_deflect_case(run);
   for (const CaseRun& run : read_case(examples / "choose_conditions.toml", {})) {
-    EXPECT_EQ(read_optimise_case(run).candidates.size(), 3u);
+    EXPECT_EQ(read_optimise_case(run).candidates.size(), 4u);
   }
 }
 
