@@ -109,6 +109,8 @@ std::vector<std::pair<std::string, FeedController>> controllers() {
   add("mean", SugitaLoop{.reading = SumReading::mean});
   add("sum", SugitaLoop{.reading = SumReading::sum});
   add("model-adaptive", ModelAdaptive({}));
+  add("model-predictive", ModelPredictive({}, {0.1e-3, std::vector<double>(2000, 3e3),
+                                               std::vector<double>(2000, 1.0)}));
   return all;
 }
 
