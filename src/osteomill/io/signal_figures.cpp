@@ -128,8 +128,7 @@ Series spectrum_of(const std::string& label, const ForceRecord& record, const Se
     const auto largest = std::max_element(square.begin() + static_cast<std::ptrdiff_t>(k), end);
     const auto at = static_cast<double>(largest - square.begin());
     out.x.push_back(at * record.rate / static_cast<double>(length));
-    // No smaller than a millionth of a newton, for the logarithm.
-    out.y.push_back(std::max(1e-6, 2.0 * std::sqrt(*largest) / window.sum()));
+    out.y.push_back(2.0 * std::sqrt(*largest) / window.sum());
   }
   return out;
 }
@@ -144,11 +143,21 @@ SignalFigure spectrum_figure(const ForceRecord& raw, const ProcessedRecord& done
       .title = name + ": spectrum of the plateau",
       .x = {.label = "frequency, Hz", .low = 0.0, .high = 0.5 * raw.rate},
       .panels = {{.y = {.label = "amplitude of F, N", .logarithmic = true}, .series = {}}}};
-  std::vector<Series>& series = figure.plot.panels[0].series;
-  series.push_back(spectrum_of("as read", raw, done.segments.plateau));
-  series.back().colour = 7;
-  series.push_back(spectrum_of("after the steps", done.record, done.segments.plateau));
-  series.back().colour = 0;
+  Panel& panel = figure.plot.panels[0];
+  panel.series = {spectrum_of("as read", raw, done.segments.plateau),
+                  spectrum_of("after the steps", done.record, done.segments.plateau)};
+  panel.series[0].colour = 7;
+  panel.series[1].colour = 0;
+  // Four decades are what a sensor has; below them the curve of a filter runs along the edge.
+  double largest = 1e-6;
+  for (const Series& one : panel.series) {
+    largest = std::max(largest, *std::max_element(one.y.begin(), one.y.end()));
+  }
+  panel.y.low = 1e-4 * largest;
+  panel.y.high = 2.0 * largest;
+  for (Series& one : panel.series) {
+    for (double& amplitude : one.y) amplitude = std::max(amplitude, 1e-4 * largest);
+  }
   return figure;
 }
 
