@@ -304,6 +304,21 @@ void complete(SimulateCase& made) {
   if (made.stock.kind == StockKind::line_profile) faults.gather([&] { simulate::check(profile); });
   if (made.path.spindle_speed > 0.0) faults.gather([&] { simulate::check(made.machine); });
   faults.gather([&] { control::check(made.controller); });
+  if (made.stock.kind != StockKind::line_profile &&
+      !made.predictive_options.chatter.lobes.empty()) {
+    faults.gather([] {
+      throw InvalidInput(Fault{"chatter", "",
+                               "needs stock.kind = \"line-profile\", whose depth of "
+                               "cut is one",
+                               "leave it out"});
+    });
+  }
+  if (made.temperature_limit && !(made.machine.spindle && made.heat)) {
+    faults.gather([] {
+      throw InvalidInput(Fault{"limits.temperature_c", "", "needs [heat] and [machine.spindle]",
+                               "supervisor.temperature_c stops at a temperature"});
+    });
+  }
   if (made.machine.spindle && !made.model_predictive) {
     faults.gather([&] {
       throw InvalidInput(Fault{"machine.spindle", "", "is set by no law but \"model-predictive\"",
