@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <csignal>
 #include <sstream>
 
 #include "command.hpp"
@@ -19,6 +20,7 @@ void complain(const std::string& text) {
 
 int main(int argc, char** argv) {
   using namespace osteomill;
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of writing, not the end
   CLI::App program{
       "osteomill predicts, plans, simulates and controls the milling of bone.\n"
       "For research and engineering; it is no medical device.",

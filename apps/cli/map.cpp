@@ -45,6 +45,7 @@ struct Made {
 
 struct Extremes {
   std::size_t in_bone = 0;
+  std::size_t stuck = 0;      ///< poses at which no feed is slow enough
   std::size_t strongest = 0;  ///< pose of the largest normal force
   std::size_t slowest = 0;    ///< pose of the least largest feed
   double normal_low = 0.0, normal_high = 0.0, feed = 0.0;
@@ -56,6 +57,7 @@ Extremes extremes_of(const io::MapResult& r) {
   for (std::size_t i = 0; i < r.map->poses(); ++i) {
     if (!(r.map->contact()[i] > 0.0F)) continue;
     ++e.in_bone;
+    if (r.largest_feeds[i] == 0.0F) ++e.stuck;
     e.normal_low = std::min<double>(e.normal_low, r.forces.normal[i]);
     e.normal_high = std::max<double>(e.normal_high, r.forces.normal[i]);
     e.feed = std::max<double>(e.feed, r.forces.feed[i]);
@@ -112,6 +114,7 @@ Shown solve(const io::CaseRun& run) {
                     {"force_limit_n", one.force_limit},
                     {"limit_on", name_of(one.limited)},
                     {"smallest_largest_feed_mm_per_s", result.largest_feeds[e.slowest] / mm_per_s},
+                    {"poses_without_feed", e.stuck},
                     {"linear_in_feed", map.linear()},
                     {"map_time_s", build},
                     {"new_feed_time_ms", refeed / units::ms},
@@ -149,13 +152,17 @@ Shown solve(const io::CaseRun& run) {
       {fmt::format("slowest largest feed for {:g} N, mm/s", one.force_limit),
        fmt::format("{:.2f}", result.largest_feeds[e.slowest] / mm_per_s),
        pose_text(map, e.slowest)}};
-  shown.sentences = {fmt::format(
-      "At {:g} mm/s the tool is lifted off the cut by up to {:.1f} N and pushed with up to {:.1f} "
-      "N; a {} of {:g} N allows {:.2f} mm/s at {} and more elsewhere. The map took {:.0f} ms, a "
-      "new feed {:.1f} ms.",
-      one.feed / mm_per_s, e.normal_high, e.feed, name_of(one.limited), one.force_limit,
-      result.largest_feeds[e.slowest] / mm_per_s, pose_text(map, e.slowest), build / units::ms,
-      refeed / units::ms)};
+  const std::string allowed =
+      e.stuck == 0
+          ? fmt::format("{:.2f} mm/s at {} and more elsewhere",
+                        result.largest_feeds[e.slowest] / mm_per_s, pose_text(map, e.slowest))
+          : fmt::format("no feed at {} of the poses, as at {}", e.stuck, pose_text(map, e.slowest));
+  shown.sentences = {
+      fmt::format("At {:g} mm/s the tool is lifted off the cut by up to {:.1f} N and pushed with "
+                  "up to {:.1f} N; a {} of {:g} N allows {}. The map took {:.0f} ms, a new feed "
+                  "{:.1f} ms.",
+                  one.feed / mm_per_s, e.normal_high, e.feed, name_of(one.limited), one.force_limit,
+                  allowed, build / units::ms, refeed / units::ms)};
   using io::MapValue;
   const auto figure = [&](const char* name, const char* caption, MapValue value) {
     shown.figures.push_back({name, caption, [made, value](const std::filesystem::path& file) {

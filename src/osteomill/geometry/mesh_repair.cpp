@@ -11,6 +11,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "osteomill/base/units.hpp"
+
 namespace osteomill::geometry {
 namespace {
 
@@ -187,7 +189,13 @@ void close_holes(Mesh& mesh, std::vector<unsigned>& part, std::size_t largest, M
       mesh.triangles.push_back({rim[i], rim[(i + 1) % rim.size()], centre});
       part.push_back(of_part);
     }
-    ++report.closed_holes;
+    Eigen::Vector3f low = middle, high = middle;
+    for (const unsigned v : rim) {
+      low = low.cwiseMin(mesh.vertices[v]);
+      high = high.cwiseMax(mesh.vertices[v]);
+    }
+    report.closed_holes.push_back(
+        {rim.size(), static_cast<double>((high - low).maxCoeff()), middle});
   }
 }
 
@@ -231,7 +239,11 @@ std::string describe(const MeshRepair& repair) {
   say(repair.dropped_triangles, "dropped {} flat or double triangles");
   say(repair.turned_triangles, "turned {} triangles that ran against their neighbours");
   if (repair.turned_all) text += "turned all of it, which was inside out; ";
-  say(repair.closed_holes, "closed {} holes");
+  say(repair.closed_holes.size(), "closed {} holes");
+  for (const ClosedHole& hole : repair.closed_holes)
+    text += fmt::format("a hole of {} edges, {:.2f} mm wide, at ({:.1f}, {:.1f}, {:.1f}) mm; ",
+                        hole.edges, hole.width / units::mm, hole.middle.x() / units::mm,
+                        hole.middle.y() / units::mm, hole.middle.z() / units::mm);
   text += fmt::format("{} part{}, ", repair.parts, repair.parts == 1 ? "" : "s");
   if (repair.left.watertight()) return text + "watertight";
   return text +

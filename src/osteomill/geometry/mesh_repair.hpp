@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "osteomill/geometry/mesh.hpp"
 #include "osteomill/geometry/mesh_check.hpp"
@@ -13,18 +14,25 @@ struct MeshRepairOptions {
   std::size_t largest_hole = 60;  ///< holes of up to so many edges are closed
 };
 
+/// A hole that was closed.
+struct ClosedHole {
+  std::size_t edges = 0;
+  double width = 0.0;                                ///< largest extent of its rim, m
+  Eigen::Vector3f middle = Eigen::Vector3f::Zero();  ///< m
+};
+
 /// What was done to make a mesh a solid.
 struct MeshRepair {
   std::size_t merged_vertices = 0;
   std::size_t dropped_triangles = 0;  ///< flat, or there twice
   std::size_t turned_triangles = 0;   ///< ran against their neighbours
   bool turned_all = false;            ///< the mesh was inside out
-  std::size_t closed_holes = 0;
+  std::vector<ClosedHole> closed_holes;
   std::size_t parts = 0;  ///< that hang together
   MeshFlaws left;         ///< what is still wrong
 
   bool untouched() const {
-    return dropped_triangles + turned_triangles + closed_holes == 0 && !turned_all;
+    return dropped_triangles + turned_triangles + closed_holes.size() == 0 && !turned_all;
   }
 };
 

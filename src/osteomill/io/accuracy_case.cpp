@@ -9,6 +9,7 @@
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/catalogue.hpp"
 #include "osteomill/io/section.hpp"
+#include "osteomill/io/tool_section.hpp"
 #include "osteomill/vibration/cutter_beam.hpp"
 
 namespace osteomill::io {
@@ -24,26 +25,12 @@ constexpr Quantity kGpa{units::gpa, "GPa"};
 struct DeflectTables {
   CutterCase cutter;
   CutCase cut;
-  double length = 0.0, diameter = 0.0, modulus = 0.0;
-  std::optional<double> support;
+  ToolCase tool;
   vibration::Beam beam;
   StructureCase structure;
   SurfaceCase surface;
   BudgetCase budget;
 };
-
-void bind_tool(Section& section, DeflectTables& tables) {
-  section.table(
-      "tool", "free length of the tool, held at its upper end", Need::required, [&](Section& s) {
-        s.number("length_mm", tables.length, kMm, positive(),
-                 "from the tip to the holder or bearing");
-        s.number("effective_diameter_mm", tables.diameter, kMm, positive(),
-                 "diameter of a round shaft that bends as the fluted one");
-        s.number("youngs_modulus_gpa", tables.modulus, kGpa, positive(), "Young's modulus");
-        s.number("support_stiffness_n_per_mm", tables.support, {units::n_per_mm, "N/mm"},
-                 positive(), "of what holds the tool; none: rigid");
-      });
-}
 
 void bind_budget(Section& section, BudgetCase& budget) {
   budget.half_window = 3.0 * units::deg;
@@ -113,7 +100,8 @@ void bind(Section& section, DeflectCase& one, DeflectTables& tables) {
   bind_cut(section, tables.cut);
   const bool has_beam = section.has("beam"), has_tool = section.has("tool");
   const bool has_shank = tables.cutter.cutter.shank.has_value();
-  if (section.when(has_tool || !(has_beam || has_shank))) bind_tool(section, tables);
+  if (section.when(has_tool || !(has_beam || has_shank)))
+    bind_tool(section, tables.tool, Need::required);
   if (section.when(section.has("structure"))) {
     bind_structure(section, tables.structure, &tables.cutter.cutter);
   } else if (has_beam) {
@@ -306,7 +294,7 @@ DeflectCase read_deflect_case(const CaseRun& run) {
   settle(one.bone, tables.cutter.cutter, one.condition.spindle_speed);
   one.cutter = tables.cutter.cutter;
   one.immersion = tables.cut.immersion;
-  const double support = tables.support ? 1.0 / *tables.support : 0.0;
+  const double support = tables.tool.support ? 1.0 / *tables.tool.support : 0.0;
   const auto& given = run.tree.values;
   if (given.contains("beam")) {
     // Beside a [structure] its table was read there; here the beam itself is wanted.
@@ -320,7 +308,7 @@ DeflectCase read_deflect_case(const CaseRun& run) {
   } else if (!given.contains("tool") && one.cutter.shank) {
     one.tool = ToolCompliance::of_beam(vibration::beam_of(one.cutter), support);
   } else {
-    one.tool = ToolCompliance::cantilever(tables.length, tables.diameter, tables.modulus, support);
+    one.tool = compliance_of(tables.tool);
   }
   one.caveats = caveats_of(tables.cutter, one.bone);
   if (given.contains("structure")) {

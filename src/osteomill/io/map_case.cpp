@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "osteomill/io/map_case.hpp"
 
+#include <fmt/format.h>
+
+#include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/section.hpp"
@@ -67,11 +70,6 @@ void bind(Section& section, MapCase& to) {
     s.number("max_feed_mm_per_s", to.map.largest_feed, kMmPerS, positive(),
              "largest feed of the map", Need::optional);
   });
-  if (to.stock.kind == StockKind::line_profile && section.has("stock"))
-    section.fault("stock", "must have a shape: a line-profile has none", "");
-  if (to.feed > to.map.largest_feed)
-    section.fault("map", "must not have a feed_mm_per_s above limits.max_feed_mm_per_s",
-                  "lower map.feed_mm_per_s or raise limits.max_feed_mm_per_s");
 }
 
 }  // namespace
@@ -84,6 +82,21 @@ void bind_map(Section& section) {
 MapCase read_map_case(const CaseRun& run) {
   MapCase made;
   made.expanded = Section::read(run, [&](Section& section) { bind(section, made); });
+  FaultList faults;
+  if (made.stock.kind == StockKind::line_profile)
+    faults.gather([] {
+      throw InvalidInput(Fault{"stock.kind", "line-profile", "must have a shape",
+                               "choose a block, a phantom, a mesh or a CT"});
+    });
+  if (made.feed > made.map.largest_feed)
+    faults.gather([&] {
+      throw InvalidInput(Fault{"map.feed_mm_per_s",
+                               fmt::format("{:g} mm/s", made.feed / units::mm_per_s),
+                               fmt::format("must not be above limits.max_feed_mm_per_s = {:g} mm/s",
+                                           made.map.largest_feed / units::mm_per_s),
+                               "lower the feed or raise the limit: the map ends there"});
+    });
+  faults.raise();
   settle(made.bone, made.cutter.cutter, made.map.spindle_speed);
   made.map.cutter = made.cutter.cutter;
   made.map.law = made.bone.law;

@@ -213,15 +213,20 @@ geometry::Mesh map_overlay(const MapResult& result, MapValue value, double lift)
 HeatMap map_figure(const MapResult& result, MapValue value) {
   const simulate::ForceMap& map = *result.map;
   const std::vector<float> values = values_of(result, value);
-  // Places as the guide sees them: forward up, smaller angles to the right.
-  const double reach = map.insertions().back() / units::mm;
-  double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
-  for (const double angle : map.angles()) {
-    right = std::max(right, -reach * std::sin(angle));
-    left = std::min(left, -reach * std::sin(angle));
-    top = std::max(top, reach * std::cos(angle));
-    bottom = std::min(bottom, reach * std::cos(angle));
-  }
+  // Places as the guide sees them: forward up, smaller angles to the right. As far as there is
+  // bone.
+  double left = 1e300, right = -1e300, top = -1e300, bottom = 1e300;
+  for (std::size_t i = 0; i < map.angles().size(); ++i)
+    for (std::size_t j = 0; j < map.insertions().size(); ++j) {
+      if (map.contact()[map.index(i, j)] <= kSeen) continue;
+      const double x = -map.insertions()[j] * std::sin(map.angles()[i]) / units::mm;
+      const double y = map.insertions()[j] * std::cos(map.angles()[i]) / units::mm;
+      left = std::min(left, x - 2.0);
+      right = std::max(right, x + 2.0);
+      bottom = std::min(bottom, y - 2.0);
+      top = std::max(top, y + 2.0);
+    }
+  if (!(left < right)) left = -1.0, right = 1.0, bottom = -1.0, top = 1.0;
   HeatMap figure;
   figure.x = {.label = "across the guide, mm"};
   figure.y = {.label = "forward from the pivot, mm"};

@@ -147,8 +147,10 @@ std::string ply_of(const geometry::Mesh& mesh, const std::optional<ValueColours>
     for (int i = 0; i < 3; ++i) put(out, mesh.vertices[v][i] / static_cast<float>(units::mm));
     if (!mesh.values.empty()) put(out, mesh.values[v]);
     if (!coloured) continue;
+    constexpr Colour kNoValue{0.75F, 0.75F, 0.75F};
     const double width = colours->high > colours->low ? colours->high - colours->low : 1.0;
-    for (const float part : colour_at(colours->map, (mesh.values[v] - colours->low) / width))
+    const double at = (mesh.values[v] - colours->low) / width;
+    for (const float part : std::isfinite(at) ? colour_at(colours->map, at) : kNoValue)
       put(out, static_cast<std::uint8_t>(std::lround(255.0F * part)));
   }
   for (const auto& triangle : mesh.triangles) {

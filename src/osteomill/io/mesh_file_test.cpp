@@ -72,7 +72,7 @@ TEST(MeshFile, UnitsAreGuessedFromTheSizeOrGiven) {
 TEST(MeshFile, AnOpenSurfaceIsMendedOrRefusedAsASolid) {
   write_text_file(scratch("open.obj"), obj(1.0, false));
   const MeshFile mended = read_solid(scratch("open.obj"));
-  EXPECT_EQ(mended.repair.closed_holes, 1u);
+  EXPECT_EQ(mended.repair.closed_holes.size(), 1u);
   MeshOptions strict;
   strict.largest_hole = 0;
   EXPECT_FALSE(read_mesh(scratch("open.obj"), strict).repair.left.watertight());

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
@@ -54,27 +55,38 @@ Outline shape_of(const PathCase& path, const workpiece::Stock& stock) {
 }
 
 Outline where_the_axis_may_go(const PathCase& path, const cutting::Cutter& cutter,
-                              const workpiece::Stock& stock, const MadeRegions& regions) {
+                              const workpiece::Stock& stock) {
   Outline outline = shape_of(path, stock);
   const bool bone = path.outline.kind == OutlineKind::bone;
   outline = workpiece::grown(outline, path.outline.grow.value_or(bone ? 0.0 : -cutter.radius));
-  if (!path.outline.avoid_no_go) return outline;
-  for (const workpiece::NoGo& region : regions.no_go)
-    outline = workpiece::without(outline, workpiece::forbidden(region, cutter, path.bottom));
-  if (outline.empty())
+  return outline;
+}
+
+/// The same at each level: what a region has below the tip is in nobody's way.
+std::vector<Outline> where_no_region_is(const Outline& outline, const std::vector<double>& levels,
+                                        const cutting::Cutter& cutter, const MadeRegions& regions) {
+  std::vector<Outline> left;
+  for (const double level : levels) {
+    left.push_back(outline);
+    for (const workpiece::NoGo& region : regions.no_go)
+      left.back() = workpiece::without(left.back(), workpiece::forbidden(region, cutter, level));
+  }
+  if (std::all_of(left.begin(), left.end(), [](const Outline& one) { return one.empty(); }))
     throw InvalidInput(Fault{"path.avoid_no_go", "nothing is left",
                              "must leave a place for the tool: the no-go regions with their "
                              "margins forbid all of the outline",
                              "use a smaller cutter or smaller margins, or come from another side"});
-  return outline;
+  return left;
 }
 
 ToolPath area_path(const PathCase& path, const workpiece::CutSettings& cut,
                    const cutting::Cutter& cutter, const workpiece::Stock& stock,
                    const MadeRegions& regions) {
   workpiece::AreaCut area;
-  area.outline = where_the_axis_may_go(path, cutter, stock, regions);
+  area.outline = where_the_axis_may_go(path, cutter, stock);
   area.levels = workpiece::levels(path.top, path.bottom, path.axial_step);
+  if (path.outline.avoid_no_go)
+    area.outline_at = where_no_region_is(area.outline, area.levels, cutter, regions);
   area.step_over = path.radial_step;
   area.clearance_z = path.top + path.clearance;
   area.milling = path.milling;

@@ -94,6 +94,9 @@ workpiece::NoGo make_no_go(const NoGoCase& from, const StockCase& stock,
   if (from.kind == NoGoKind::box)
     return workpiece::no_go_box(from.name, vector_of(from.lower), vector_of(from.upper),
                                 from.margin);
+  if (from.kind == NoGoKind::half_space)
+    return workpiece::no_go_half_space(from.name, vector_of(from.point), vector_of(from.normal),
+                                       from.margin);
   if (from.kind == NoGoKind::ball)
     return workpiece::no_go_ball(from.name, vector_of(from.centre), from.radius, from.margin);
   // A surface with holes is as good to keep away from.

@@ -73,7 +73,10 @@ void bind_plan(Section& s, PlanCase& plan) {
 void bind_no_go(Section& s, NoGoCase& region) {
   s.text("name", region.name, "for the report");
   s.choice<NoGoKind>("kind", region.kind,
-                     {{"mesh", NoGoKind::mesh}, {"box", NoGoKind::box}, {"ball", NoGoKind::ball}},
+                     {{"mesh", NoGoKind::mesh},
+                      {"box", NoGoKind::box},
+                      {"ball", NoGoKind::ball},
+                      {"half-space", NoGoKind::half_space}},
                      "shape", Need::optional);
   s.number("margin_mm", region.margin, kMm, non_negative(), "that stays between it and the tool",
            Need::optional);
@@ -84,6 +87,10 @@ void bind_no_go(Section& s, NoGoCase& region) {
   if (s.when(region.kind == NoGoKind::box)) {
     s.triple("lower_mm", region.lower, kMm, any(), "lower corner in the work frame");
     s.triple("upper_mm", region.upper, kMm, any(), "upper corner in the work frame");
+  }
+  if (s.when(region.kind == NoGoKind::half_space)) {
+    s.triple("point_mm", region.point, kMm, any(), "of its plane in the work frame");
+    s.triple("normal", region.normal, kPlain, any(), "into what is forbidden", Need::optional);
   }
   if (s.when(region.kind == NoGoKind::ball)) {
     s.triple("centre_mm", region.centre, kMm, any(), "middle in the work frame");

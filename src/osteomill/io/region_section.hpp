@@ -33,7 +33,7 @@ struct PlanCase {
   LengthUnit unit = LengthUnit::guess;
 };
 
-enum class NoGoKind : std::uint8_t { mesh, box, ball };
+enum class NoGoKind : std::uint8_t { mesh, box, ball, half_space };
 
 /// [[no_go]]: what the tool must keep away from.
 struct NoGoCase {
@@ -42,9 +42,10 @@ struct NoGoCase {
   double margin = 2e-3;  ///< m
   std::filesystem::path file;
   LengthUnit unit = LengthUnit::guess;
-  std::array<double, 3> lower{}, upper{};  ///< m
-  std::array<double, 3> centre{};          ///< m
-  double radius = 0.0;                     ///< m
+  std::array<double, 3> lower{}, upper{};          ///< m
+  std::array<double, 3> centre{};                  ///< m
+  double radius = 0.0;                             ///< m
+  std::array<double, 3> point{}, normal{0, 0, 1};  ///< half-space: what lies beyond
 };
 
 /// [access]: the opening through which an upright tool has to pass.

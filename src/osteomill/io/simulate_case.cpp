@@ -302,6 +302,11 @@ void complete(SimulateCase& made) {
     faults.gather([&] { settle(made.bone, made.cutter.cutter, made.path.spindle_speed); });
   }
   if (made.stock.kind == StockKind::line_profile) faults.gather([&] { simulate::check(profile); });
+  if (made.finish && !made.regions.plan)
+    faults.gather([] {
+      throw InvalidInput(Fault{"finish", "no [plan]", "needs a [plan] to be measured against",
+                               "give the plan, or take [finish] out"});
+    });
   if (made.path.spindle_speed > 0.0) faults.gather([&] { simulate::check(made.machine); });
   faults.gather([&] { control::check(made.controller); });
   if (made.stock.kind != StockKind::line_profile &&
@@ -336,6 +341,9 @@ void bind_simulate(Section& section, SimulateCase& to) {
     bind_regions(section, to.regions);
     bind_bone(section, to.bone);
     bind_heat(section, to.heat);
+    bind_finish(section, to.finish);
+    ToolCase tool;
+    if (bind_tool(section, tool, Need::optional)) to.tool = tool;
   }
   bind_controller(section, to);
   bind_map(section, to.map);

@@ -11,10 +11,12 @@
 #include "osteomill/control/feed_controller.hpp"
 #include "osteomill/control/supervisor.hpp"
 #include "osteomill/io/cutting_section.hpp"
+#include "osteomill/io/finish.hpp"
 #include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/path_section.hpp"
 #include "osteomill/io/region_section.hpp"
 #include "osteomill/io/stock_section.hpp"
+#include "osteomill/io/tool_section.hpp"
 #include "osteomill/simulate/bone_heat.hpp"
 #include "osteomill/simulate/milling.hpp"
 
@@ -53,6 +55,8 @@ struct SimulateCase {
   std::string variant_of;                         ///< name of the run that it varies; or empty
   double force_limit = 30.0;                      ///< N
   std::optional<simulate::BoneHeatOptions> heat;  ///< not with line-profile
+  std::optional<FinishCase> finish;               ///< with a plan
+  std::optional<ToolCase> tool;                   ///< none: rigid
   nlohmann::ordered_json expanded;                ///< as read, with the defaults filled in
 };
 

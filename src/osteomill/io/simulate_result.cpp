@@ -49,6 +49,7 @@ Json document_of(const SimulatedRun& run) {
   if (!run.stock.is_null()) document["stock"] = run.stock;
   if (!run.path_report.is_null()) document["path"] = run.path_report;
   if (!run.plan.is_null()) document["plan"] = run.plan;
+  if (run.finish) document["finish"] = run.finish->report;
   if (run.heat) {
     const simulate::BoneHeatSummary& heat = *run.heat;
     document["heat"] = {{"hottest_bone_c", heat.hottest - thermal::kZeroCelsius},
@@ -118,6 +119,8 @@ std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs) {
         change(fixed.peak_force, adapted.peak_force), run.input.force_limit,
         adapted.time_above_limit, fixed.time_above_limit));
   }
+  for (const SimulatedRun& run : runs)
+    if (run.finish) sentences.push_back(finish_sentence(run.input.name, *run.finish));
   return sentences;
 }
 

@@ -76,8 +76,9 @@ control::ModelPredictive law_of(const SimulateCase& input, const Fresh& fresh) {
   return {law, std::move(forecast)};
 }
 
-void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOptions& how,
-          SimulatedRun& run) {
+/// `stock`: the workpiece again, where there is one to be kept in checkpoints.
+void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const Progress& progress,
+          const RunOptions& how, SimulatedRun& run) {
   const SimulateCase& input = run.input;
   simulate::Milling milling(workpiece, input.machine, input.force_limit);
   MadePlant made;
@@ -93,8 +94,16 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
   options.clock = how.clock;
   options.real_time = how.real_time;
   options.on_event = how.on_event;
-  control::Plant* seen =
-      how.wrap ? &how.wrap(*made.plant, run, workpiece.length()) : made.plant.get();
+  std::unique_ptr<CheckpointedPlant> kept;
+  if (how.checkpoint && stock != nullptr) {
+    kept = std::make_unique<CheckpointedPlant>(*made.plant, milling, *stock, input.name,
+                                               input.expanded.dump(), *how.checkpoint);
+    if (kept->resumed() > 0)
+      how.checkpoint->say(fmt::format("{}: goes on from its checkpoint at {:.2f} s of the run",
+                                      input.name, milling.steps().back().time));
+  }
+  control::Plant& plant = kept ? *kept : *made.plant;
+  control::Plant* seen = how.wrap ? &how.wrap(plant, run, workpiece.length()) : &plant;
   std::optional<SupervisedPlant> supervised;
   if (how.real_time && options.supervisor) {
     SupervisedOptions watch;
@@ -110,6 +119,7 @@ void mill(simulate::Workpiece& workpiece, const Progress& progress, const RunOpt
     supervised->finish(run.loop);
     run.stop = supervised->stop();
   }
+  if (kept) kept->save();
   run.steps = milling.steps();
   if (made.finish) made.finish(run);
   run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(run.loop.end));
@@ -149,6 +159,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
     input.controller.law = law_of(
         input, [&] { return std::make_unique<simulate::StockWorkpiece>(*made.stock, cold); });
   }
+  if (input.tool) job.tool = compliance_of(*input.tool);
   simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
   run.before = made.stock;
   run.warnings = caveats_of(input.cutter, input.bone);
@@ -170,7 +181,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
         "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
         "and cortical bone are assumed; rubbing counts apart where the law has an edge force");
   }
-  mill(workpiece, progress, how, run);
+  mill(workpiece, &workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {
     run.heat = workpiece.heat()->summary();
     const double hottest = run.heat->hottest - thermal::kZeroCelsius;
@@ -183,6 +194,16 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   }
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());
   if (regions.plan) run.plan = plan_report(*run.before, *run.after, regions.plan);
+  if (input.finish && run.summary.status == simulate::Status::finished) {
+    Finish finish = finish_of(*run.before, *run.after, *input.regions.plan, regions.plan, *run.path,
+                              input.cutter.cutter, *input.finish);
+    if (input.tool) {
+      const simulate::BentTool bent = workpiece.bent_tool();
+      finish.report["tool_deflection"] = {{"mean_um", bent.mean / units::um},
+                                          {"largest_um", bent.largest / units::um}};
+    }
+    run.finish = std::make_shared<const Finish>(std::move(finish));
+  }
 }
 
 }  // namespace
@@ -209,7 +230,7 @@ std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases
     if (run.input.stock.kind == StockKind::line_profile) {
       settle_law(run.input);
       simulate::LineProfileWorkpiece workpiece(run.input.stock.profile);
-      mill(workpiece, share_of_all, options, run);
+      mill(workpiece, nullptr, share_of_all, options, run);
     } else {
       const std::string key =
           run.input.expanded.at("stock").dump() + run.input.expanded.at("bone").dump();

@@ -10,6 +10,7 @@
 
 #include "osteomill/base/progress.hpp"
 #include "osteomill/control/loop.hpp"
+#include "osteomill/io/checkpoint.hpp"
 #include "osteomill/io/machine_summary.hpp"
 #include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/simulate_case.hpp"
@@ -44,6 +45,8 @@ struct RunOptions {
   // Of the simulated plant; one of `make` has its own. None: nobody is told.
   std::function<void(std::span<const netft::Sample>)> on_samples = {};
   std::function<void(const control::LoopEvent&)> on_event = {};
+  /// Keeps the state of simulated runs on disk; not of line profiles, which take no time.
+  std::optional<CheckpointOptions> checkpoint = {};
 };
 
 /// A run that is over, whole or as far as it came.
@@ -62,6 +65,7 @@ struct SimulatedRun {
   std::optional<workpiece::ToolPath> path;
   std::vector<geometry::Mesh> no_go;  ///< surfaces that the tool kept away from, in W
   control::LoopSummary loop;
+  std::shared_ptr<const Finish> finish;           ///< none: not asked for, or not finished
   std::optional<MachineSummary> machine;          ///< with a machine that moved
   std::optional<SupervisedStop> stop;             ///< by a supervisor with a thread of its own
   std::optional<simulate::BoneHeatSummary> heat;  ///< none: not asked for

@@ -26,6 +26,12 @@ class RevolutionWindow {
   double line(int per_revolution) const;
   std::size_t size() const { return count_; }
 
+  /// See base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(samples_, at_, count_, turn_);
+  }
+
  private:
   double newest(std::size_t ago) const {
     return samples_[(at_ + samples_.size() - 1 - ago) % samples_.size()];

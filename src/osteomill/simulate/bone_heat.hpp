@@ -53,6 +53,12 @@ class BoneHeat {
   double hottest() const { return hottest_now_; }  ///< of any bone now, K
   BoneHeatSummary summary() const;
 
+  /// See base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(field_, peak_, dose_, cut_cells_, hottest_, hottest_now_, unplaced_heat_);
+  }
+
  private:
   struct Patch {
     geometry::Vector3 p_T, n_T;

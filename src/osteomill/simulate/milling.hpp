@@ -92,6 +92,14 @@ struct Step {
   int mode = 0;
   bool saturated = false;
   bool rapid = false;  ///< the tool ends in a move that is no cut
+
+  /// See base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(time, position, line, tip_W, command, feed, spindle_speed, mean_force_W, mean_force,
+      peak_force, mean_torque, removed_volume, material, feed_work, spindle_work, time_above_limit,
+      sum_force, samples_in_contact, first_contact, last_contact, mode, saturated, rapid);
+  }
 };
 
 /// A workpiece being milled in time. It is advanced one control period at a time with the feed that
@@ -119,6 +127,12 @@ class Milling {
   /// What the tool met in the last piece that was followed.
   const Cut& last_cut() const { return cut_; }
   const std::vector<Step>& steps() const { return steps_; }
+
+  /// Everything between two control periods but for the workpiece; see base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(state_, angle_, spindle_speed_, noise_, window_, reported_, steps_);
+  }
 
  private:
   Workpiece& workpiece_;

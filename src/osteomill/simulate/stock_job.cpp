@@ -123,15 +123,16 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
   if (travelled > 0.0) {
     std::vector<double> stops = job_.path.corners_between(motion.from, to);
     stops.push_back(to);
-    Vector3 tip = job_.path.at(motion.from).position_W;
+    Vector3 tip = job_.path.at(motion.from).position_W + bent_W_;
     for (const double stop : stops) {
-      const Vector3 next = job_.path.at(stop).position_W;
+      const Vector3 next = job_.path.at(stop).position_W + next_bent_W_;
       const workpiece::Removal part = remover_.step(tip, next);
       total.volume += part.volume;
       total.mass += part.mass;
       buried_volume_ += part.buried_volume;
       tip = next;
     }
+    bent_W_ = next_bent_W_;
   }
   // The direction that the engagement belongs to: that of the last piece of path.
   const Place place = at(0.5 * (to + std::max(motion.from, to - 1e-9)));
@@ -144,6 +145,7 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
   if (!touching) {
     std::fill(cut.forces_W.begin(), cut.forces_W.end(), Vector3::Zero());
     std::fill(cut.torques.begin(), cut.torques.end(), 0.0);
+    next_bent_W_.setZero();
     if (heat_) heat_->rest(time);
     return;
   }
@@ -193,6 +195,29 @@ cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Plac
   return condition;
 }
 
+/// [plaskos2002] eq. 10 for the mean force of a revolution, at the height of its line of action:
+/// M = z × F gives z = (F_x M_y - F_y M_x)/(F_x² + F_y²). Half of the change from period to period,
+/// so that force and deflection settle.
+void StockWorkpiece::bend(const cutting::Load& mean_T, const Eigen::Matrix3d& R_WT) {
+  const Vector3& F = mean_T.force;
+  const double square = F.x() * F.x() + F.y() * F.y();
+  Vector3 deflection_T = Vector3::Zero();
+  if (square > 0.0) {
+    const double height = std::clamp(
+        (F.x() * mean_T.moment.y() - F.y() * mean_T.moment.x()) / square, 0.0, job_.tool->length());
+    deflection_T = job_.tool->between(height, height) * Vector3(F.x(), F.y(), 0.0);
+  }
+  next_bent_W_ = 0.5 * (bent_W_ + R_WT * deflection_T);
+  const double size = next_bent_W_.norm();
+  bent_sum_ += size;
+  ++bent_periods_;
+  bent_largest_ = std::max(bent_largest_, size);
+}
+
+BentTool StockWorkpiece::bent_tool() const {
+  return {bent_periods_ > 0 ? bent_sum_ / static_cast<double>(bent_periods_) : 0.0, bent_largest_};
+}
+
 void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, double feed,
                                    Cut& cut) {
   const Eigen::Matrix3d R_WT = tool_axes();
@@ -202,6 +227,13 @@ void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, dou
   const double samples = kTurn / motion.spindle_speed * job_.sample_rate;
   const int steps = std::clamp(static_cast<int>(std::lround(samples)), 36, 720);
   const cutting::Revolution revolution = force_.revolution(remover_.engagement(), condition, steps);
+  if (job_.tool) {
+    cutting::Load mean;
+    for (const cutting::Load& load : revolution.loads) mean += load;
+    mean.force /= static_cast<double>(revolution.loads.size());
+    mean.moment /= static_cast<double>(revolution.loads.size());
+    bend(mean, R_WT);
+  }
   for (std::size_t i = 0; i < motion.angles.size(); ++i) {
     const cutting::Load load = at_angle(revolution, motion.angles[i]);
     cut.forces_W[i] = R_WT * load.force;

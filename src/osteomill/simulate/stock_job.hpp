@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <vector>
 
+#include "osteomill/accuracy/tool_compliance.hpp"
 #include "osteomill/cutting/cutter.hpp"
 #include "osteomill/cutting/cutting_law.hpp"
 #include "osteomill/cutting/engaged_force.hpp"
@@ -31,6 +33,15 @@ struct StockJob {
   double sample_rate = 8000.0;  ///< of the force sensor, 1/s: how fine a revolution is worked out
   std::optional<BoneHeatOptions> heat = {};  ///< none: temperatures are not worked out
   std::vector<workpiece::NoGo> no_go = {};   ///< regions that the tool keeps away from
+  /// How the tool gives way; none: it is rigid. The mean force of a period, acting at the height
+  /// that its moment says, bends the tool sideways; the cutter is moved by that in the next period.
+  std::optional<accuracy::ToolCompliance> tool = {};
+};
+
+/// Deflection of the tool while it cut, sideways, m.
+struct BentTool {
+  double mean = 0.0;  ///< over the periods in contact
+  double largest = 0.0;
 };
 
 /// A voxel stock milled along a tool path.
@@ -66,6 +77,16 @@ class StockWorkpiece final : public Workpiece {
   double buried_volume() const { return buried_volume_; }
   /// Of the bone so far; null when the job did not ask for it.
   const BoneHeat* heat() const { return heat_ ? &*heat_ : nullptr; }
+  /// All zero for a rigid tool.
+  BentTool bent_tool() const;
+
+  /// What milling changes; see base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(stock_, remover_, largest_chip_, buried_volume_, bent_W_, next_bent_W_, bent_sum_,
+      bent_largest_, bent_periods_, no_go_distance_, no_go_found_, no_go_tip_W_);
+    if (heat_) a(*heat_);
+  }
 
  private:
   void watch_no_go(const geometry::Vector3& tip_W);
@@ -73,6 +94,7 @@ class StockWorkpiece final : public Workpiece {
   Eigen::Matrix3d tool_axes() const;  ///< of T in W
   cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
+  void bend(const cutting::Load& mean_T, const Eigen::Matrix3d& R_WT);
   void heat_bone(const Motion& motion, const Place& place, double feed, const Cut& cut);
 
   workpiece::Stock stock_;
@@ -89,6 +111,10 @@ class StockWorkpiece final : public Workpiece {
   double no_go_found_ = 0.0;  ///< where it was worked out last, at
   geometry::Vector3 no_go_tip_W_ = geometry::Vector3::Zero();
   std::optional<BoneHeat> heat_;
+  geometry::Vector3 bent_W_ = geometry::Vector3::Zero();  ///< where the cutter is beside the path
+  geometry::Vector3 next_bent_W_ = geometry::Vector3::Zero();  ///< at the end of the next period
+  double bent_sum_ = 0.0, bent_largest_ = 0.0;
+  std::int64_t bent_periods_ = 0;
 };
 
 }  // namespace osteomill::simulate

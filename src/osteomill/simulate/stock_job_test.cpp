@@ -10,6 +10,7 @@
 #include "osteomill/cutting/milling_force.hpp"
 #include "osteomill/simulate/milling.hpp"
 #include "osteomill/simulate/summary.hpp"
+#include "osteomill/workpiece/cut_surface.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
 
 namespace osteomill::simulate {
@@ -74,6 +75,45 @@ TEST(StockWorkpiece, MeanForceInASlotIsThatOfTheNominalCut) {
   // Voxel engagement against the analytic one: 2 % of the resultant at 12 voxels a radius; the
   // feed is along x, so the tool frame is the work frame.
   EXPECT_LT((mean - expected).norm(), 0.02 * expected.norm()) << mean << "\n" << expected;
+}
+
+TEST(StockWorkpiece, AToolThatBendsLeavesTheSlotBesideItsPathByItsDeflection) {
+  StockJob job = slot();
+  job.tool = accuracy::ToolCompliance::cantilever(40e-3, 3e-3, 200e9);
+  const workpiece::Stock before = block();
+  StockWorkpiece workpiece(before, job);
+  const std::vector<Step> steps = mill(workpiece, 4e-3);
+  Vector3 mean = Vector3::Zero();
+  int count = 0;
+  for (const Step& step : steps) {
+    if (step.tip_W.x() < 6e-3 || step.tip_W.x() > 14e-3) continue;
+    mean += step.mean_force_W;
+    ++count;
+  }
+  mean /= count;
+  double walls = 0.0;
+  for (const double side : {-1.0, 1.0}) {
+    double sum = 0.0, weight = 0.0;
+    for (const workpiece::CutPoint& p : workpiece::cut_surface(before, workpiece.stock())) {
+      if (p.normal_W.y() * side > -0.99 || p.p_W.x() < 6e-3 || p.p_W.x() > 14e-3) continue;
+      if (p.p_W.z() < -2.5e-3) continue;
+      sum += p.p_W.y();
+      weight += 1.0;
+    }
+    ASSERT_GT(weight, 50.0);
+    walls += 0.5 * sum / weight;
+  }
+  // The line of action of a slot 3 mm deep lies at its middle, give or take the lag of the helix.
+  const double expected = job.tool->between(1.5e-3, 1.5e-3) * mean.y();
+  EXPECT_GT(std::abs(expected), 20e-6);
+  EXPECT_NEAR(walls, expected, 0.03 * std::abs(expected));
+  // On the way in, where only a part of the front is in bone, it may bend farther.
+  EXPECT_GT(workpiece.bent_tool().largest, std::abs(expected));
+  EXPECT_LT(workpiece.bent_tool().mean, workpiece.bent_tool().largest);
+  // A rigid tool leaves it where the path is.
+  StockWorkpiece rigid(before, slot());
+  mill(rigid, 4e-3);
+  EXPECT_EQ(rigid.bent_tool().largest, 0.0);
 }
 
 TEST(StockWorkpiece, ForceTurnsWithTheFeed) {

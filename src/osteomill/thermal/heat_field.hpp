@@ -57,6 +57,13 @@ class HeatField {
 
   const geometry::GridShape& shape() const { return shape_; }
 
+  /// What time and cutting change; see base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(rise_, capacity_, conductivity_, added_, cut_, backwards_);
+    for (int axis = 0; axis < 3; ++axis) a(conductance_[axis], open_[axis]);
+  }
+
  private:
   void update_faces(int x, int y, int z);
   void sweep(int axis, double time);

@@ -20,7 +20,9 @@ Vector3 at_height(const Vector2& p, double z) { return {p.x(), p.y(), z}; }
 
 void check(const AreaCut& area) {
   require_positive("path.step_over_mm", area.step_over / units::mm, "mm");
-  if (area.outline.empty())
+  const bool nothing = std::all_of(area.outline_at.begin(), area.outline_at.end(),
+                                   [](const Outline& outline) { return outline.empty(); });
+  if (area.outline_at.empty() ? area.outline.empty() : nothing)
     throw InvalidInput(Fault{"path.outline", "nothing", "must enclose an area for the tool's axis",
                              "use a smaller cutter, a larger outline or no wall"});
   for (double level : area.levels)
@@ -28,6 +30,10 @@ void check(const AreaCut& area) {
       throw InvalidInput(Fault{"path.clearance_mm",
                                fmt::format("{:g} mm", area.clearance_z / units::mm),
                                "must lie above every level of the path", ""});
+}
+
+const Outline& outline_of_level(const AreaCut& area, std::size_t level) {
+  return area.outline_at.empty() ? area.outline : area.outline_at[level];
 }
 
 ToolPath finished(PathWriter& writer) {
@@ -70,11 +76,13 @@ ToolPath raster(const AreaCut& area, const Raster& how, const CutSettings& cut) 
   const Vector2 v(-u.y(), u.x());
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
   Vector2 high = -low;
-  for (const Polygon& polygon : area.outline.polygons)
-    for (const Vector2& p : polygon) {
-      low = low.cwiseMin(Vector2(u.dot(p), v.dot(p)));
-      high = high.cwiseMax(Vector2(u.dot(p), v.dot(p)));
-    }
+  // Of all levels together, so that passes stand over each other.
+  for (std::size_t level = 0; level < area.levels.size(); ++level)
+    for (const Polygon& polygon : outline_of_level(area, level).polygons)
+      for (const Vector2& p : polygon) {
+        low = low.cwiseMin(Vector2(u.dot(p), v.dot(p)));
+        high = high.cwiseMax(Vector2(u.dot(p), v.dot(p)));
+      }
   // Passes equally apart, half a step from the borders on which a line would only touch.
   const int count = std::max(1, static_cast<int>(std::ceil((high.y() - low.y()) / area.step_over)));
   const double step = (high.y() - low.y()) / count;
@@ -82,19 +90,21 @@ ToolPath raster(const AreaCut& area, const Raster& how, const CutSettings& cut) 
   const bool backwards = area.milling == Milling::down;
   PathWriter writer(cut, area.clearance_z);
   int line = 0;
-  for (double z : area.levels)
+  for (std::size_t level = 0; level < area.levels.size(); ++level) {
+    const double z = area.levels[level];
+    const Outline& outline = outline_of_level(area, level);
     for (int n = 0; n < count; ++n) {
       const double at = low.y() + (n + 0.5) * step;
       const bool turned = how.to_and_fro ? line % 2 == 1 : backwards;
       Vector2 from = u * (low.x() - area.step_over) + v * at;
       Vector2 to = u * (high.x() + area.step_over) + v * at;
       if (turned) std::swap(from, to);
-      const auto pieces = within(area.outline, from, to);
+      const auto pieces = within(outline, from, to);
       if (!pieces.empty()) ++line;
       for (const auto& piece : pieces) {
         const bool joined = how.to_and_fro && !writer.empty() && writer.last().z() == z &&
                             (writer.last().head<2>() - piece[0]).norm() < 3.0 * area.step_over &&
-                            reaches(area.outline, writer.last().head<2>(), piece[0]);
+                            reaches(outline, writer.last().head<2>(), piece[0]);
         if (!joined) writer.travel(at_height(piece[0], z), line);
         if (joined)
           writer.pass({at_height(piece[0], z), at_height(piece[1], z)}, line);
@@ -102,22 +112,25 @@ ToolPath raster(const AreaCut& area, const Raster& how, const CutSettings& cut) 
           writer.pass({at_height(piece[1], z)}, line);
       }
     }
+  }
   return finished(writer);
 }
 
 ToolPath contour_parallel(const AreaCut& area, bool from_outside, const CutSettings& cut) {
   check(area);
-  std::vector<Outline> rings;
-  // Ring n comes from the outline itself: rounding does not add up.
-  for (Outline ring = area.outline; !ring.empty();
-       ring = grown(area.outline, -area.step_over * static_cast<double>(rings.size())))
-    rings.push_back(ring);
-  if (!from_outside) std::reverse(rings.begin(), rings.end());
   // Borders run counter-clockwise, what lies within them on the left: up-milling from outside.
   const bool turned = from_outside == (area.milling == Milling::down);
   PathWriter writer(cut, area.clearance_z);
   int line = 0;
-  for (double z : area.levels)
+  for (std::size_t level = 0; level < area.levels.size(); ++level) {
+    const double z = area.levels[level];
+    const Outline& outline = outline_of_level(area, level);
+    std::vector<Outline> rings;
+    // Ring n comes from the outline itself: rounding does not add up.
+    for (Outline ring = outline; !ring.empty();
+         ring = grown(outline, -area.step_over * static_cast<double>(rings.size())))
+      rings.push_back(ring);
+    if (!from_outside) std::reverse(rings.begin(), rings.end());
     for (const Outline& ring : rings) {
       ++line;
       for (Polygon polygon : ring.polygons) {
@@ -126,7 +139,7 @@ ToolPath contour_parallel(const AreaCut& area, bool from_outside, const CutSetti
         const Vector3 start = at_height(polygon.front(), z);
         const bool joined = !writer.empty() && writer.last().z() == z &&
                             (writer.last() - start).norm() < 2.0 * area.step_over &&
-                            reaches(area.outline, writer.last().head<2>(), polygon.front());
+                            reaches(outline, writer.last().head<2>(), polygon.front());
         std::vector<Vector3> points;
         if (!joined)
           writer.travel(start, line);
@@ -137,6 +150,7 @@ ToolPath contour_parallel(const AreaCut& area, bool from_outside, const CutSetti
         writer.pass(std::move(points), line);
       }
     }
+  }
   return finished(writer);
 }
 

@@ -17,8 +17,10 @@ std::vector<double> levels(double top, double bottom, double step);
 struct AreaCut {
   Outline outline;             ///< where the tool's axis may be
   std::vector<double> levels;  ///< of the tip, downwards, m
-  double step_over = 1e-3;     ///< between neighbouring passes, m
-  double clearance_z = 0.0;    ///< height of the ways between passes, m
+  /// The same for each level, where they differ: what lies below the tip is in nobody's way.
+  std::vector<Outline> outline_at = {};
+  double step_over = 1e-3;   ///< between neighbouring passes, m
+  double clearance_z = 0.0;  ///< height of the ways between passes, m
   Milling milling = Milling::down;
 };
 

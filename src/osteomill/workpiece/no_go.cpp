@@ -165,6 +165,19 @@ NoGo no_go_box(const std::string& name, const Vector3& lower, const Vector3& upp
   return region;
 }
 
+NoGo no_go_half_space(const std::string& name, const Vector3& point, const Vector3& normal,
+                      double margin) {
+  if (!(normal.norm() > 0.0))
+    throw InvalidInput(Fault{"no_go.normal", "0", "must not be zero", ""});
+  // A box of two metres with one face on the plane: the tool, whose shank has no end, cannot be in
+  // it without crossing a face.
+  NoGo region = no_go_box(name, Vector3(-1.0, -1.0, 0.0), Vector3(1.0, 1.0, 1.0), margin);
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), normal);
+  for (Eigen::Vector3f& vertex : region.surface_W.vertices)
+    vertex = (point + turn * vertex.cast<double>()).cast<float>();
+  return region;
+}
+
 NoGo no_go_ball(const std::string& name, const Vector3& centre, double radius, double margin) {
   require_positive("no_go.radius_mm", radius / units::mm, "mm");
   NoGo region{name, {}, radius, margin};
@@ -249,6 +262,23 @@ std::vector<Approach> check_no_go(const ToolPath& path, const cutting::Cutter& c
   return approaches;
 }
 
+namespace {
+
+/// The part of a triangle that reaches a height, seen from above.
+Polygon shadow_above(const std::array<Vector3, 3>& corners, double height) {
+  Polygon shadow;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 &a = corners[k], &b = corners[(k + 1) % 3];
+    const double over_a = a.z() - height, over_b = b.z() - height;
+    if (over_a >= 0.0) shadow.push_back(a.head<2>());
+    if ((over_a < 0.0) != (over_b < 0.0))
+      shadow.push_back((a + over_a / (over_a - over_b) * (b - a)).head<2>());
+  }
+  return shadow;
+}
+
+}  // namespace
+
 Outline forbidden(const NoGo& region, const cutting::Cutter& cutter, double tip_z) {
   std::vector<Polygon> shadows;
   for (const auto& t : region.surface_W.triangles) {
@@ -259,9 +289,12 @@ Outline forbidden(const NoGo& region, const cutting::Cutter& cutter, double tip_
       top = std::max(top, corners[k].z());
     }
     if (top + region.thickness + region.margin < tip_z) continue;
-    shadows.push_back({corners[0].head<2>(), corners[1].head<2>(), corners[2].head<2>()});
-    if (region.thickness > 0.0)
-      shadows.back() = circle(corners[0].head<2>(), region.thickness).polygons.front();
+    if (region.thickness > 0.0) {
+      shadows.push_back(circle(corners[0].head<2>(), region.thickness).polygons.front());
+      continue;
+    }
+    const Polygon shadow = shadow_above(corners, tip_z - region.margin);
+    if (shadow.size() >= 3) shadows.push_back(shadow);
   }
   if (shadows.empty()) return {};
   // A hundredth of a millimetre is more than the rounding of offsets.

@@ -20,6 +20,9 @@ struct NoGo {
 };
 
 NoGo no_go_box(const std::string& name, const Vector3& lower, const Vector3& upper, double margin);
+/// What lies beyond the plane on the side to which `normal` points, a metre around `point`.
+NoGo no_go_half_space(const std::string& name, const Vector3& point, const Vector3& normal,
+                      double margin);
 NoGo no_go_ball(const std::string& name, const Vector3& centre, double radius, double margin);
 
 /// How near the tool comes.

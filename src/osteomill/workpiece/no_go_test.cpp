@@ -76,6 +76,58 @@ TEST(NearestApproach, DoesNotDependOnHowThePathIsCutUp) {
               nearest_approach(pass(), cylinder(), region).distance, kPrecision);
 }
 
+TEST(NearestApproach, ToAHalfSpaceIsThatToItsPlane) {
+  const auto distance = [](const Vector3& point, const Vector3& normal) {
+    return nearest_approach(pass(), cylinder(), no_go_half_space("half", point, normal, 0))
+        .distance;
+  };
+  // Beside the pass, below it, and askew in front of its end; 32-bit corners a metre away.
+  const double precision = kPrecision + 1e-7;
+  EXPECT_NEAR(distance(Vector3(0, 7, 0) * mm, Vector3::UnitY()), 7 * mm - 3 * mm, precision);
+  EXPECT_NEAR(distance(Vector3(0, 0, -2) * mm, -Vector3::UnitZ()), 2 * mm, precision);
+  const Vector3 n = Vector3(1, 0, -1).normalized();
+  EXPECT_NEAR(distance(Vector3(40, 0, 0) * mm, n), (40 - 23) * mm / std::sqrt(2.0), precision);
+  // The tool is in it, or its shank comes into it higher up.
+  EXPECT_LE(distance(Vector3(0, -50, 0) * mm, Vector3::UnitY()), 0.0);
+  EXPECT_LE(distance(Vector3(0, 0, 60) * mm, Vector3::UnitZ()), 0.0);
+  EXPECT_THROW(no_go_half_space("none", Vector3::Zero(), Vector3::Zero(), 0), InvalidInput);
+}
+
+TEST(Forbidden, ByAHalfSpaceIsWhereItRisesAboveTheTip) {
+  // Rises with x: at the tip's height from x = 5 mm on, less radius and margin.
+  const NoGo slope = no_go_half_space("slope", Vector3(5, 0, 0) * mm, Vector3(1, 0, -1), 1 * mm);
+  const Outline all = rectangle({-30 * mm, -20 * mm}, {30 * mm, 20 * mm});
+  const Outline left = without(all, forbidden(slope, cylinder(), 0.0));
+  double most = -1.0;
+  for (const Polygon& polygon : left.polygons)
+    for (const Vector2& p : polygon) most = std::max(most, p.x());
+  // What lies within the margin below the tip counts too; a hundredth of a millimetre to spare.
+  EXPECT_NEAR(most, (5 - 1 - 3 - 1 - 0.01) * mm, 1e-6);
+}
+
+TEST(AreaPaths, LeaveOutAtEachLevelWhatIsInTheWayThere) {
+  // A step: the region reaches -2 mm, above that it is in nobody's way.
+  const NoGo low = no_go_box("low", Vector3(10, -30, -9) * mm, Vector3(40, 30, -2) * mm, 0.5 * mm);
+  AreaCut cut;
+  cut.outline = rectangle({-30 * mm, -20 * mm}, {30 * mm, 20 * mm});
+  cut.levels = {-1 * mm, -4 * mm};
+  cut.step_over = 2 * mm;
+  cut.clearance_z = 10 * mm;
+  for (const double level : cut.levels)
+    cut.outline_at.push_back(without(cut.outline, forbidden(low, cylinder(), level)));
+  for (const ToolPath& path : {raster(cut, {0.0, true}, kCut), contour_parallel(cut, true, kCut)}) {
+    EXPECT_NO_THROW(check_no_go(path, cylinder(), {low}));
+    double upper = -1.0, lower = -1.0;
+    for (const Move& move : path.moves())
+      for (const Vector3& p : move.points_W) {
+        if (p.z() < -3 * mm) lower = std::max(lower, p.x());
+        if (p.z() < 0.0) upper = std::max(upper, p.x());
+      }
+    EXPECT_NEAR(upper, 30 * mm, 2.1 * mm);  // a step over
+    EXPECT_NEAR(lower, (10 - 3 - 0.5) * mm, 2.1 * mm);
+  }
+}
+
 TEST(NoGo, NamesEveryRegionThatThePathEntersWithPlaceAndDepth) {
   const std::vector<NoGo> regions = {
       no_go_ball("vessel", Vector3(7, 6, 5) * mm, 2 * mm, 2 * mm),

@@ -45,6 +45,12 @@ class Remover {
   const cutting::Engagement& engagement() { return map_.engagement(); }
   const Vector3& x_T_W() const { return map_.x_T(); }
 
+  /// What steps change but for the stock; see base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(map_, placed_, tip_);
+  }
+
  private:
   struct Totals {
     std::int64_t units = 0;

@@ -77,6 +77,14 @@ class ShadowMap {
   /// Samples the map at the patches. Valid until the next call.
   const cutting::Engagement& engagement();
 
+  /// See base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(columns_, rows_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_, y_T_, eta_,
+      sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_, lateral_shadow_, eta_shadow_,
+      shadow_feed_, gain_, patch_start_, entries_, slice_rows_);
+  }
+
  private:
   void lay_out(double sin_pitch, double cos_pitch, const Vector3& tip);
   void compute_coverage();

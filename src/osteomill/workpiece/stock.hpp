@@ -67,6 +67,12 @@ class Stock {
 
   std::size_t stored_voxels() const { return occupancy_.size(); }
 
+  /// What milling changes; see base/archive.hpp.
+  template <class Archive>
+  void exchange(Archive& a) {
+    a(occupancy_, row_units_, layer_units_);
+  }
+
  private:
   friend class Remover;  // walks rows
 
