@@ -23,6 +23,10 @@ class EngagedForce {
   /// Mean load over a revolution. The map must have the grid of the constructor.
   Load mean(const Engagement& engagement, const Condition& condition) const;
 
+  /// Length of the edges of all flutes in bone, mean over a revolution, m, each patch counted by its
+  /// weight: in bone that is not the reference divide by its force scale.
+  double edge_in_bone(const Engagement& engagement) const;
+
   /// Instantaneous loads over a revolution.
   Revolution revolution(const Engagement& engagement, const Condition& condition,
                         int steps = 360) const;

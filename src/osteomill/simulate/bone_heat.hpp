@@ -42,9 +42,9 @@ class BoneHeat {
 
   /// One stretch of time in which the tip came to `tip_W`. `work` is what the spindle gave, J,
   /// `rubbing` what of it the edge forces took;
-  /// `engagement` belongs to the tool frame with x along x_T_W; chip thickness is the mean one.
+  /// `engagement` belongs to the tool frame with these axes; chip thickness is the mean one.
   void advance(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
-               const geometry::Vector3& x_T_W, const cutting::Engagement& engagement, double work,
+               const Eigen::Matrix3d& R_WT, const cutting::Engagement& engagement, double work,
                double cutting_speed, double chip_thickness, double time, double rubbing = 0.0);
   /// The same where nothing is cut.
   void rest(double time);
@@ -58,8 +58,9 @@ class BoneHeat {
     geometry::Vector3 p_T, n_T;
     double projected = 0.0;  ///< on the feed, m²
   };
-  void take_away(const workpiece::Stock& stock, const geometry::Vector3& tip_W);
-  void put_in(double heat, const geometry::Vector3& tip_W, const geometry::Vector3& x_T_W,
+  void take_away(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
+                 const geometry::Vector3& axis_W);
+  void put_in(double heat, const geometry::Vector3& tip_W, const Eigen::Matrix3d& R_WT,
               const cutting::Engagement& engagement);
   void make_patches(const cutting::Engagement& engagement);
   double share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const;

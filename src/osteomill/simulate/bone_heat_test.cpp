@@ -45,7 +45,7 @@ Outcome mill(double power, double feed, double convection, double chip = 30e-6) 
   for (double s = 0.0; s < slot().length(); s += step) {
     const Vector3 to = slot().at(s + step).position_W;
     const workpiece::Removal removal = remover.step(slot().at(s).position_W, to);
-    heat.advance(stock, to, remover.x_T_W(), remover.engagement(),
+    heat.advance(stock, to, remover.R_WT(), remover.engagement(),
                  removal.contact() ? power * step / feed : 0.0, 3.0, chip, step / feed);
   }
   return {heat.summary(), heat.field().energy()};

@@ -68,9 +68,8 @@ class StockWorkpiece final : public Workpiece {
   const BoneHeat* heat() const { return heat_ ? &*heat_ : nullptr; }
 
  private:
-  void watch_no_go(const geometry::Vector3& tip_W);
+  void watch_no_go(const workpiece::ToolPose& pose);
   const workpiece::ContactMap::Stretch& nearest_entry(double position) const;
-  Eigen::Matrix3d tool_axes() const;  ///< of T in W
   cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
   void heat_bone(const Motion& motion, const Place& place, double feed, const Cut& cut);
