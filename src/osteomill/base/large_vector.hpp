@@ -28,8 +28,7 @@ struct LargeAllocator {
   }
   void deallocate(T* memory, std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
-    ::operator delete(memory,
-                      std::align_val_t{bytes >= kFrom ? kPage : alignof(std::max_align_t)});
+    ::operator delete(memory, std::align_val_t{bytes >= kFrom ? kPage : alignof(std::max_align_t)});
   }
   bool operator==(const LargeAllocator&) const { return true; }
 

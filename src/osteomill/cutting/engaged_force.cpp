@@ -127,6 +127,41 @@ double EngagedForce::edge_in_bone(const Engagement& engagement) const {
   return sum * flutes_.count() / angles_;
 }
 
+std::vector<EngagedForce::PatchWork> EngagedForce::work(const Engagement& engagement,
+                                                        const Condition& condition) const {
+  require_grid(engagement);
+  const Vector3 feed = feed_direction(condition);
+  std::vector<PatchWork> patches(engagement.weights.size());
+  std::vector<double> widths(patches.size(), 0.0);
+  for (const Strip& strip : strips_)
+    for (int angle = 0; angle < angles_; ++angle) {
+      const double weight = engagement.at(strip.slice, angle);
+      if (!(weight > 0.0)) continue;
+      const double theta = kTurn * (angle + 0.5) / angles_;
+      const Vector3 n = outward_normal(theta, strip.point.kappa);
+      const Vector3 place(strip.point.radius * std::sin(theta),
+                          strip.point.radius * std::cos(theta), strip.point.z);
+      const double into = std::max(0.0, n.dot(feed + condition.turn_T.cross(place)));
+      const std::size_t at =
+          static_cast<std::size_t>(strip.slice) * static_cast<std::size_t>(angles_) +
+          static_cast<std::size_t>(angle);
+      PatchWork& patch = patches[at];
+      for (int flute = 0; flute < flutes_.count(); ++flute) {
+        const double h = flutes_.chip(flute, strip.point, condition.feed_per_tooth, into);
+        if (!flutes_.equal() && h <= 0.0) continue;
+        const Vector3 force = weight * strip.width / angles_ *
+                              edge_force(law_, h, condition.fibre_T,
+                                         motions_[static_cast<std::size_t>(angle)], n, strip.point);
+        patch.torque += place.cross(force).z();
+        patch.chip += h * strip.width;
+        widths[at] += strip.width;
+      }
+    }
+  for (std::size_t at = 0; at < patches.size(); ++at)
+    if (widths[at] > 0.0) patches[at].chip /= widths[at];
+  return patches;
+}
+
 Revolution EngagedForce::revolution(const Engagement& engagement, const Condition& condition,
                                     int steps) const {
   require_grid(engagement);

@@ -163,8 +163,10 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   for (const workpiece::NoGo& region : regions.no_go) run.no_go.push_back(region.surface_W);
   if (input.heat) {
     run.warnings.push_back(
-        "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
-        "and cortical bone are assumed; rubbing counts apart where the law has an edge force");
+        "heat: shear strain, friction and rubbing shares, the least chip, and the conductivity "
+        "between "
+        "cancellous and cortical bone are assumed; rubbing counts apart where the law has an edge "
+        "force");
   }
   mill(workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {

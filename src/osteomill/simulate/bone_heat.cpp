@@ -25,9 +25,8 @@ double shaft_length(const geometry::GridShape& shape, const Vector3& tip, const 
                     double radius) {
   double length = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 0; i < 3; ++i) {
-    const double side = axis[i] > 0.0
-                            ? shape.upper_corner()[i] + radius - tip[i]
-                            : tip[i] - shape.lower_corner()[i] + radius;
+    const double side = axis[i] > 0.0 ? shape.upper_corner()[i] + radius - tip[i]
+                                      : tip[i] - shape.lower_corner()[i] + radius;
     if (std::abs(axis[i]) > 1e-12) length = std::min(length, side / std::abs(axis[i]));
   }
   return std::max(0.0, length);
@@ -127,6 +126,36 @@ thermal::ThermalMaterial thermal_material(double density) {
   return {0.29 + cortical * (0.55 - 0.29), density * 1300.0 + (1.0 - solid) * 2.2e6};
 }
 
+std::vector<thermal::PatchCut> patch_cuts(const cutting::EngagedForce& whole,
+                                          const cutting::EngagedForce* edge,
+                                          const cutting::Cutter& cutter,
+                                          const cutting::Engagement& engagement,
+                                          const cutting::Condition& condition, double time) {
+  const auto all = whole.work(engagement, condition);
+  std::vector<cutting::EngagedForce::PatchWork> rubs;
+  if (edge != nullptr) rubs = edge->work(engagement, condition);
+  std::vector<thermal::PatchCut> cuts(all.size());
+  const double turned = condition.spindle_speed * time;
+  const double step = 2.0 * std::numbers::pi / engagement.angles;
+  std::size_t at = 0;
+  for (int slice = 0; slice < engagement.slices; ++slice) {
+    const double speed = condition.spindle_speed *
+                         cutting::radius_at(cutter, (slice + 0.5) * engagement.slice_height);
+    for (int angle = 0; angle < engagement.angles; ++angle, ++at) {
+      if (all[at].torque == 0.0) continue;
+      // h = c sin(theta): in the first quarter turn from +y the chip grows.
+      const double slope = std::abs(std::cos((angle + 0.5) * step));
+      cuts[at] = {all[at].torque * turned,
+                  rubs.empty() ? 0.0 : rubs[at].torque * turned,
+                  speed,
+                  all[at].chip,
+                  0.5 * step * slope * condition.feed_per_tooth,
+                  4 * angle < engagement.angles};
+    }
+  }
+  return cuts;
+}
+
 BoneHeat::BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
                    const workpiece::ToolPath& path, const BoneHeatOptions& options)
     : cutter_(cutter),
@@ -186,50 +215,51 @@ void BoneHeat::make_patches(const cutting::Engagement& engagement) {
       patch.p_T = Vector3(r * std::sin(theta), r * std::cos(theta), z);
       patch.n_T = Vector3(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
                           -std::cos(kappa));
-      patch.projected = r * turn * engagement.slice_height * std::max(0.0, std::sin(theta));
       patches_.push_back(patch);
     }
 }
 
-void BoneHeat::put_in(double heat, const Vector3& tip_W, const Eigen::Matrix3d& R_WT,
-                      const cutting::Engagement& engagement) {
-  if (patches_.empty()) make_patches(engagement);
+void BoneHeat::put_in(const Vector3& tip_W, const Eigen::Matrix3d& R_WT,
+                      std::span<const thermal::PatchCut> patches) {
   const geometry::GridShape& shape = field_.shape();
-  struct Target {
-    std::array<int, 3> cell;
-    double share;
-  };
-  std::vector<Target> targets;
-  double sum = 0.0;
-  for (std::size_t at = 0; at < patches_.size(); ++at) {
-    const double weight = engagement.weights[at];
-    if (!(weight > 0.0)) continue;
+  double unplaced = 0.0;
+  placed_.clear();
+  for (std::size_t at = 0; at < patches.size(); ++at) {
+    if (!(patches[at].work > 0.0)) continue;
+    const double heat = thermal::shares_of_patch(patches[at], options_.partition).bone;
     const Patch& patch = patches_[at];
     // The bone beside the patch: half a cell or so into what is left.
+    bool found = false;
     for (const double depth : {0.5, 1.0, 1.5}) {
-      const Vector3 p_T = patch.p_T + depth * shape.spacing.x() * patch.n_T;
-      const Vector3 p_W = tip_W + R_WT * p_T;
+      const Vector3 p_W = tip_W + R_WT * (patch.p_T + depth * shape.spacing.x() * patch.n_T);
       const Vector3 cell = (p_W - shape.origin).cwiseQuotient(shape.spacing).array().round();
       const std::array<int, 3> c{static_cast<int>(cell.x()), static_cast<int>(cell.y()),
                                  static_cast<int>(cell.z())};
       if (!shape.contains(c[0], c[1], c[2]) || !field_.is_bone(c[0], c[1], c[2])) continue;
-      targets.push_back({c, weight * patch.projected});
-      sum += targets.back().share;
+      placed_.push_back({c, heat});
+      found = true;
       break;
     }
+    if (!found) unplaced += heat;
   }
-  if (targets.empty()) unplaced_heat_ += heat;
-  for (const Target& target : targets)
-    field_.add_heat(target.cell[0], target.cell[1], target.cell[2], heat * target.share / sum);
+  // Heat of patches over air, at the bone's edge, goes to the others in proportion.
+  double sum = 0.0;
+  for (const Placed& part : placed_) sum += part.heat;
+  if (!(sum > 0.0)) {
+    unplaced_heat_ += unplaced;
+    return;
+  }
+  const double more = 1.0 + unplaced / sum;
+  for (const Placed& part : placed_)
+    field_.add_heat(part.cell[0], part.cell[1], part.cell[2], more * part.heat);
 }
 
 void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W,
-                       const Eigen::Matrix3d& R_WT, const cutting::Engagement& engagement, double work, double cutting_speed,
-                       double chip_thickness, double time, double rubbing) {
+                       const Eigen::Matrix3d& R_WT, const cutting::Engagement& grid,
+                       std::span<const thermal::PatchCut> patches, double time) {
+  if (patches_.empty()) make_patches(grid);
   take_away(stock, tip_W, R_WT.col(2));
-  put_in(
-      thermal::shares_of_cut(work, rubbing, cutting_speed, chip_thickness, options_.partition).bone,
-      tip_W, R_WT, engagement);
+  put_in(tip_W, R_WT, patches);
   rest(time);
 }
 

@@ -160,25 +160,16 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
     cut.contact_length =
         force_.edge_in_bone(remover_.engagement()) * total.volume / total.scaled_volume;
   sample_forces(motion, place, travelled / time, cut);
-  if (heat_) heat_bone(motion, place, travelled / time, cut);
+  if (heat_) heat_bone(motion, place, travelled / time);
 }
 
-void StockWorkpiece::heat_bone(const Motion& motion, const Place& place, double feed,
-                               const Cut& cut) {
-  double work = 0.0;
-  for (const double torque : cut.torques) {
-    work += torque * motion.spindle_speed * motion.sample_time;
-  }
+void StockWorkpiece::heat_bone(const Motion& motion, const Place& place, double feed) {
   const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
-  const double chip = cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes) *
-                      thermal::kMeanOfChip;
-  double rubbing = 0.0;
-  if (edge_force_) {
-    rubbing = edge_force_->mean(remover_.engagement(), condition_of(motion, place, feed)).torque() *
-              motion.spindle_speed * time;
-  }
-  heat_->advance(stock_, place.tip_W, remover_.R_WT(), remover_.engagement(), work,
-                 motion.spindle_speed * job_.cutter.radius, chip, time, rubbing);
+  const cutting::Condition condition = condition_of(motion, place, feed);
+  const cutting::Engagement& engagement = remover_.engagement();
+  patch_cuts_ = patch_cuts(force_, edge_force_ ? &*edge_force_ : nullptr, job_.cutter, engagement,
+                           condition, time);
+  heat_->advance(stock_, place.tip_W, remover_.R_WT(), engagement, patch_cuts_, time);
 }
 
 cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Place& place,
@@ -189,9 +180,9 @@ cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Plac
       cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes);
   condition.feed_elevation = std::asin(std::clamp(place.direction_W.dot(place.axis_W), -1.0, 1.0));
   // That of the place where the cutter is in bone, half way up what it can cut in a step.
-  const Vector3 fibre_W =
-      job_.fibre_at ? job_.fibre_at(place.tip_W + 0.5 * job_.cutter.radius * place.axis_W)
-                    : job_.fibre_W;
+  const Vector3 fibre_W = job_.fibre_at
+                              ? job_.fibre_at(place.tip_W + 0.5 * job_.cutter.radius * place.axis_W)
+                              : job_.fibre_W;
   condition.fibre_T = remover_.R_WT().transpose() * fibre_W;
   condition.turn_T = remover_.turn_T();
   return condition;

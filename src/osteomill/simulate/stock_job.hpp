@@ -72,7 +72,7 @@ class StockWorkpiece final : public Workpiece {
   const workpiece::ContactMap::Stretch& nearest_entry(double position) const;
   cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
-  void heat_bone(const Motion& motion, const Place& place, double feed, const Cut& cut);
+  void heat_bone(const Motion& motion, const Place& place, double feed);
 
   workpiece::Stock stock_;
   StockJob job_;
@@ -88,6 +88,7 @@ class StockWorkpiece final : public Workpiece {
   double no_go_found_ = 0.0;  ///< where it was worked out last, at
   geometry::Vector3 no_go_tip_W_ = geometry::Vector3::Zero();
   std::optional<BoneHeat> heat_;
+  std::vector<thermal::PatchCut> patch_cuts_;
 };
 
 }  // namespace osteomill::simulate

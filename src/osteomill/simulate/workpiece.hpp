@@ -27,7 +27,7 @@ struct Cut {
   geometry::Vector3 direction_W = geometry::Vector3::UnitX();  ///< of the feed, unit
   double removed_volume = 0.0;                                 ///< over the period, m³
   double contact_length = 0.0;  ///< of the edges in bone, mean over a revolution, m; 0: not known
-  double material = 0.0;  ///< mean over what is in contact; 0 in air
+  double material = 0.0;        ///< mean over what is in contact; 0 in air
 };
 
 /// A place on the path.

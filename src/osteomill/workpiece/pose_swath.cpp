@@ -73,7 +73,8 @@ void PoseSwath::begin(const ToolPose& from, const ToolPose& to) {
   const double moved =
       0.5 * (to.tip_W - from.tip_W).norm() + half_turn * (height_ + cutter_.radius());
   reach_ = cutter_.radius() + kBand + moved;
-  const double disk = reach_ * std::sqrt(std::max(0.0, 1.0 - middle_.axis_W.z() * middle_.axis_W.z()));
+  const double disk =
+      reach_ * std::sqrt(std::max(0.0, 1.0 - middle_.axis_W.z() * middle_.axis_W.z()));
   const double under = (kBand + moved) * std::abs(middle_.axis_W.z());
   const double tip = middle_.tip_W.z(), end = tip + height_ * middle_.axis_W.z();
   const double low = std::max(0.0, std::min(tip, end) - disk - under);
@@ -93,8 +94,7 @@ double PoseSwath::nearest(const Vector3& q0, const Vector3& q1, double first, do
   if (std::abs(way.z()) < 1e-9) {
     // At one height the distance rises with that from the axis.
     if (across_sq < 1e-24) return std::min(first, last);
-    const double t =
-        std::clamp(-(q0.x() * way.x() + q0.y() * way.y()) / across_sq, 0.0, 1.0);
+    const double t = std::clamp(-(q0.x() * way.x() + q0.y() * way.y()) / across_sq, 0.0, 1.0);
     return at(q0 + t * way);
   }
   if (cutter_.is_ball()) {
@@ -102,8 +102,8 @@ double PoseSwath::nearest(const Vector3& q0, const Vector3& q1, double first, do
     // smooth; the least of r² is it where it lies above, else that of r² + (z - R)².
     const double R = cutter_.radius(), below = q0.z() - R;
     const double rr = q0.x() * way.x() + q0.y() * way.y();
-    const double upper = across_sq > 1e-24 ? std::clamp(-rr / across_sq, 0.0, 1.0)
-                                           : (way.z() > 0.0 ? 1.0 : 0.0);
+    const double upper =
+        across_sq > 1e-24 ? std::clamp(-rr / across_sq, 0.0, 1.0) : (way.z() > 0.0 ? 1.0 : 0.0);
     if (below + upper * way.z() >= 0.0) return at(q0 + upper * way);
     const double lower =
         std::clamp(-(rr + below * way.z()) / (across_sq + way.z() * way.z()), 0.0, 1.0);
@@ -195,8 +195,8 @@ void PoseSwath::list(int z, std::span<const std::uint32_t> row_units) {
       reach_ * std::sqrt(std::max(0.0, 1.0 - a.y() * a.y())) + under * std::abs(a.y());
   const double y0 = tip.y() + low * a.y(), y1 = tip.y() + high * a.y();
   const int first_y = static_cast<int>(std::ceil(std::max(0.0, std::min(y0, y1) - disk_y)));
-  const int last_y = static_cast<int>(
-      std::floor(std::min(shape_.size[1] - 1.0, std::max(y0, y1) + disk_y)));
+  const int last_y =
+      static_cast<int>(std::floor(std::min(shape_.size[1] - 1.0, std::max(y0, y1) + disk_y)));
   const double across = 1.0 - a.x() * a.x();
   for (int y = first_y; y <= last_y; ++y) {
     if (row_units[static_cast<std::size_t>(y)] == 0) continue;

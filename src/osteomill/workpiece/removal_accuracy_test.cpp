@@ -41,21 +41,21 @@ cutting::CuttingLaw law() {
 struct AccuracyCase {
   const char* name;
   cutting::CutterShape shape;
-  double radius;                                   ///< m
-  std::function<double(const Vector3& p)> bone;    ///< signed distance, m
-  std::function<ToolPose(double s)> pose;          ///< at a way of the tip, m
-  double from, to;                                 ///< ways between which it counts, m
-  double volume;                                   ///< removed there, m³
+  double radius;                                 ///< m
+  std::function<double(const Vector3& p)> bone;  ///< signed distance, m
+  std::function<ToolPose(double s)> pose;        ///< at a way of the tip, m
+  double from, to;                               ///< ways between which it counts, m
+  double volume;                                 ///< removed there, m³
   /// Whether the point of the envelope with this outward normal, at this place, is in contact.
   std::function<bool(const Vector3& p_W, const Vector3& n_W)> contact;
-  Vector3 lower, upper;                            ///< of the grid, m
+  Vector3 lower, upper;  ///< of the grid, m
 };
 
 // Off the layers of voxels on purpose, and 0.5 rad to their rows.
 const Vector3 kOffset(0.013 * mm, 0.037 * mm, -0.021 * mm);
 const Vector3 kAlong(std::cos(0.5), std::sin(0.5), 0.0);
 const Vector3 kBeside(-std::sin(0.5), std::cos(0.5), 0.0);
-constexpr double kWay = 3 * mm;
+constexpr double kWay = 1.5 * mm;
 
 double segment(double R, double d) {
   return R * R * std::acos(1.0 - d / R) - (R - d) * std::sqrt(2.0 * R * d - d * d);
@@ -71,12 +71,10 @@ std::vector<AccuracyCase> cases() {
   std::vector<AccuracyCase> all;
   const double R = 2 * mm, d = 3 * mm;
   const Vector3 low(-6.5 * mm, -5 * mm, -4 * mm), high(6.5 * mm, 5 * mm, 0.4 * mm);
-  all.push_back({"slot", cylindrical, R, flat, level(d), 0.0, kWay, 2.0 * R * d * kWay, below, low,
-                 high});
+  all.push_back(
+      {"slot", cylindrical, R, flat, level(d), 0.0, kWay, 2.0 * R * d * kWay, below, low, high});
   all.push_back({"half immersion", cylindrical, R,
-                 [=](const Vector3& p) {
-                   return std::max(flat(p), -(p - kOffset).dot(kBeside));
-                 },
+                 [=](const Vector3& p) { return std::max(flat(p), -(p - kOffset).dot(kBeside)); },
                  level(d), 0.0, kWay, R * d * kWay,
                  [=](const Vector3& p, const Vector3&) {
                    return below(p, {}) && (p - kOffset).dot(kBeside) > 0.0;
@@ -96,23 +94,36 @@ std::vector<AccuracyCase> cases() {
   const double arc = 8 * mm;
   all.push_back({"arc slot", cylindrical, R, flat,
                  [=](double s) -> ToolPose {
-                   return {kOffset + arc * Vector3(std::sin(s / arc), 1.0 - std::cos(s / arc), 0.0) -
+                   return {kOffset +
+                           arc * Vector3(std::sin(s / arc), 1.0 - std::cos(s / arc), 0.0) -
                            d * Vector3::UnitZ()};
                  },
-                 0.0, kWay, 2.0 * R * d * kWay, below, low, high});
-  all.push_back({"plunge", ball, B, flat,
-                 [=](double s) -> ToolPose { return {kOffset - (B + s) * Vector3::UnitZ()}; }, 0.0,
-                 kWay, kPi * B * B * kWay, below, {-5 * mm, -5 * mm, -8 * mm},
+                 0.0, kWay, 2.0 * R* d* kWay, below, low, high});
+  all.push_back({"plunge",
+                 ball,
+                 B,
+                 flat,
+                 [=](double s) -> ToolPose { return {kOffset - (B + s) * Vector3::UnitZ()}; },
+                 0.0,
+                 kWay,
+                 kPi* B* B* kWay,
+                 below,
+                 {-5 * mm, -5 * mm, -8 * mm},
                  {5 * mm, 5 * mm, 0.4 * mm}});
-  all.push_back({"tilted slot", cylindrical, R,
+  all.push_back({"tilted slot",
+                 cylindrical,
+                 R,
                  [=](const Vector3& p) { return axis.dot(p - kOffset); },
                  [=](double s) -> ToolPose {
                    return {kOffset + s * axis.cross(kBeside).cross(axis).normalized() - d * axis,
                            axis};
                  },
-                 0.0, kWay, 2.0 * R * d * kWay,
+                 0.0,
+                 kWay,
+                 2.0 * R* d* kWay,
                  [=](const Vector3& p, const Vector3&) { return axis.dot(p - kOffset) < 0.0; },
-                 {-6.5 * mm, -6.5 * mm, -5.5 * mm}, {6.5 * mm, 6.5 * mm, 3 * mm}});
+                 {-6.5 * mm, -6.5 * mm, -5.5 * mm},
+                 {6.5 * mm, 6.5 * mm, 3 * mm}});
   return all;
 }
 
@@ -151,9 +162,8 @@ cutting::Engagement exact_engagement(const AccuracyCase& of, const cutting::Cutt
 Errors errors_of(const AccuracyCase& of, double voxels_per_radius) {
   const double spacing = of.radius / voxels_per_radius;
   const cutting::Cutter cutter = cutter_of(of.shape, of.radius);
-  Stock stock(cubes_over(of.lower, of.upper, spacing), [&](const Vector3& p) {
-    return BoneSample{of.bone(p), {1900.0, 1.0}};
-  });
+  Stock stock(cubes_over(of.lower, of.upper, spacing),
+              [&](const Vector3& p) { return BoneSample{of.bone(p), {1900.0, 1.0}}; });
   Remover remover(stock, cutter);
   const double run_up = 2.0 * spacing + 0.4 * mm;
   for (int k = 0; k < 10; ++k)
@@ -173,10 +183,9 @@ Errors errors_of(const AccuracyCase& of, double voxels_per_radius) {
     condition.feed_elevation = std::asin(std::clamp(feed.dot(pose.axis_W), -1.0, 1.0));
     force += model.mean(remover.engagement(), condition).force;
     if (k % (steps / 3 + 1) != 0) continue;
-    exact += model
-                 .mean(exact_engagement(of, cutter, grid, remover.R_WT(), pose.tip_W, feed),
-                       condition)
-                 .force;
+    exact +=
+        model.mean(exact_engagement(of, cutter, grid, remover.R_WT(), pose.tip_W, feed), condition)
+            .force;
   }
   exact /= (steps + steps / 3) / (steps / 3 + 1);
   return {volume / of.volume - 1.0, (force / steps - exact).norm() / exact.norm()};

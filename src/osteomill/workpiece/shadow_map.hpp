@@ -33,11 +33,11 @@ PatchGrid patches_for(const cutting::Cutter& cutter, double spacing);
 /// bins over the angle of rotation are not: there the volume per bin vanishes at the sides.
 ///
 /// All lengths here are in voxels. Cells are one voxel wide; the plane's axes are y_T, lateral, and
-/// eta = x_T sin a + z_T cos a, where the feed points by the angle a towards the tip from across the
-/// tool's axis z_T; its origin moves with the tip. Each removed voxel is shared between its neighbouring cells as its shadow is (VoxelShadow);
-/// cells sit on the layers of voxels where the feed is along them. So the profile is blurred by
-/// about a voxel, also across its rim; what a fully engaged cutter would give is blurred in the
-/// same way
+/// eta = x_T sin a + z_T cos a, where the feed points by the angle a towards the tip from across
+/// the tool's axis z_T; its origin moves with the tip. Each removed voxel is shared between its
+/// neighbouring cells as its shadow is (VoxelShadow); cells sit on the layers of voxels where the
+/// feed is along them. So the profile is blurred by about a voxel, also across its rim; what a
+/// fully engaged cutter would give is blurred in the same way
 /// (`coverage`) and the engagement is the ratio of the two. Nothing is clamped: single weights may
 /// pass 1 by the sampling noise.
 ///
@@ -55,12 +55,12 @@ class ShadowMap {
 
   /// How a step goes, in voxels.
   struct Step {
-    Vector3 feed;           ///< unit vector
-    Vector3 tip;            ///< at its start
-    Vector3 axis;           ///< of the tool, unit
-    Vector3 turn;           ///< of the tool for a unit of the tip's way, rad
-    double length = 0.0;    ///< of the tip's way
-    double unit = 0.0;      ///< the volume that the step counts in
+    Vector3 feed;         ///< unit vector
+    Vector3 tip;          ///< at its start
+    Vector3 axis;         ///< of the tool, unit
+    Vector3 turn;         ///< of the tool for a unit of the tip's way, rad
+    double length = 0.0;  ///< of the tip's way
+    double unit = 0.0;    ///< the volume that the step counts in
   };
   /// Turns the map to the step's feed and lets it forget. A turn of the feed by more than 20°
   /// empties it.
