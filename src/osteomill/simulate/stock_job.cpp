@@ -15,6 +15,7 @@ using geometry::Vector3;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 // A trace of occupancy is no contact: a thousandth of a voxel in a period.
 constexpr double kLeastContact = 1e-3;
+constexpr double kShank = 0.2;  // m of tool that counts when a turn brings it near a region
 std::vector<int> lines_of(const workpiece::ToolPath& path) {
   std::vector<int> lines;
   for (const workpiece::Move& move : path.moves()) {
@@ -101,19 +102,16 @@ const workpiece::ContactMap::Stretch& StockWorkpiece::nearest_entry(double posit
 void StockWorkpiece::watch_no_go(const workpiece::ToolPose& pose) {
   if (job_.no_go.empty()) return;
   const Vector3& tip_W = pose.tip_W;
-  const double way = (tip_W - no_go_tip_W_).norm();
+  const double way =
+      (tip_W - no_go_tip_W_).norm() + kShank * workpiece::angle_between(pose.axis_W, no_go_axis_W_);
   const bool known = std::isfinite(no_go_distance_);
   if (known && way < std::max(0.1 * no_go_found_, 0.1e-3)) {
     no_go_distance_ = no_go_found_ - way;
     return;
   }
   const Vector3 up = 1e-6 * pose.axis_W;  // a path needs a length
-  const workpiece::ToolPath here({{workpiece::MoveKind::cut,
-                                   {tip_W, tip_W + up},
-                                   1e-3,
-                                   1.0,
-                                   1,
-                                   {pose.axis_W, pose.axis_W}}});
+  const workpiece::ToolPath here(
+      {{workpiece::MoveKind::cut, {tip_W, tip_W + up}, 1e-3, 1.0, 1, {pose.axis_W, pose.axis_W}}});
   no_go_distance_ = std::numeric_limits<double>::infinity();
   for (const workpiece::NoGo& region : job_.no_go) {
     no_go_distance_ =
@@ -121,6 +119,7 @@ void StockWorkpiece::watch_no_go(const workpiece::ToolPose& pose) {
   }
   no_go_found_ = no_go_distance_;
   no_go_tip_W_ = tip_W;
+  no_go_axis_W_ = pose.axis_W;
 }
 
 void StockWorkpiece::mill(const Motion& motion, Cut& cut) {

@@ -87,6 +87,7 @@ class StockWorkpiece final : public Workpiece {
   double no_go_distance_ = std::numeric_limits<double>::infinity();
   double no_go_found_ = 0.0;  ///< where it was worked out last, at
   geometry::Vector3 no_go_tip_W_ = geometry::Vector3::Zero();
+  geometry::Vector3 no_go_axis_W_ = geometry::Vector3::UnitZ();
   std::optional<BoneHeat> heat_;
   std::vector<thermal::PatchCut> patch_cuts_;
 };
