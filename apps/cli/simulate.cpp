@@ -65,7 +65,8 @@ void write_directory(const std::filesystem::path& directory, const std::string& 
     const std::string& name = runs[i].input.name;
     io::draw(io::plot_of(runs[i]), output.file(name + ".png"));
     if (runs[i].path) {
-      io::write_text_file(output.file(name + ".ngc"), io::write_gcode(*runs[i].path));
+      if (runs[i].path->upright())
+        io::write_text_file(output.file(name + ".ngc"), io::write_gcode(*runs[i].path));
       io::write_text_file(output.file(name + ".cl"), io::write_cl(*runs[i].path));
     }
     const auto add = [&](const io::Picture& picture, const char* suffix, const char* caption) {

@@ -55,8 +55,8 @@ class Saver {
       raw(&value, sizeof value);
     }
   }
-  template <class T>
-  void put(std::vector<T>& values) {
+  template <class T, class Allocator>
+  void put(std::vector<T, Allocator>& values) {
     const std::uint64_t count = values.size();
     raw(&count, sizeof count);
     if constexpr (archive::is_plain<T>) {
@@ -96,8 +96,8 @@ class Loader {
       raw(&value, sizeof value);
     }
   }
-  template <class T>
-  void take(std::vector<T>& values) {
+  template <class T, class Allocator>
+  void take(std::vector<T, Allocator>& values) {
     std::uint64_t count = 0;
     raw(&count, sizeof count);
     if (count > left_.size())

@@ -73,13 +73,17 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
   std::vector<double> width_z(angles);
   const Vector3 feed = feed_direction(condition);
   EdgeSum sum(law_, condition.fibre_T);
+  // Where the tool turns every height has its own chip.
+  const bool turns = !condition.turn_T.isZero(0.0);
   Load mean;
   for (auto strip = strips_.begin(); strip != strips_.end();) {
     const ProfilePoint& row = strip->point;
     width.assign(angles, 0.0);
     width_z.assign(angles, 0.0);
     const int this_row = strip->row;
-    for (; strip != strips_.end() && strip->row == this_row; ++strip) {
+    bool first = true;
+    for (; strip != strips_.end() && strip->row == this_row && (first || !turns); ++strip) {
+      first = false;
       const double* weights = &engagement.weights[static_cast<std::size_t>(strip->slice) * angles];
       const double w = strip->width;
       const double wz = w * strip->point.z;
@@ -95,7 +99,12 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
       if (!(width[a] > 0.0)) continue;
       const double sine = -motions_[a].y();
       const double cosine = motions_[a].x();
-      const double into = sin_kappa * (sine * feed.x() + cosine * feed.y()) - cos_kappa * feed.z();
+      double into = sin_kappa * (sine * feed.x() + cosine * feed.y()) - cos_kappa * feed.z();
+      if (turns) {
+        const Vector3 n(sin_kappa * sine, sin_kappa * cosine, -cos_kappa);
+        const Vector3 p(row.radius * sine, row.radius * cosine, row.z);
+        into += n.dot(condition.turn_T.cross(p));
+      }
       for (int flute = 0; flute < different; ++flute) {
         const double h = flutes_.chip(flute, row, condition.feed_per_tooth, std::max(0.0, into));
         if (!flutes_.equal() && h <= 0.0) continue;
@@ -105,6 +114,52 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
   }
   sum.add_to(mean);
   return mean;
+}
+
+double EngagedForce::edge_in_bone(const Engagement& engagement) const {
+  require_grid(engagement);
+  double sum = 0.0;
+  for (const Strip& strip : strips_) {
+    double weights = 0.0;
+    for (int angle = 0; angle < angles_; ++angle) weights += engagement.at(strip.slice, angle);
+    sum += weights * strip.width * strip.point.stretch;
+  }
+  return sum * flutes_.count() / angles_;
+}
+
+std::vector<EngagedForce::PatchWork> EngagedForce::work(const Engagement& engagement,
+                                                        const Condition& condition) const {
+  require_grid(engagement);
+  const Vector3 feed = feed_direction(condition);
+  std::vector<PatchWork> patches(engagement.weights.size());
+  std::vector<double> widths(patches.size(), 0.0);
+  for (const Strip& strip : strips_)
+    for (int angle = 0; angle < angles_; ++angle) {
+      const double weight = engagement.at(strip.slice, angle);
+      if (!(weight > 0.0)) continue;
+      const double theta = kTurn * (angle + 0.5) / angles_;
+      const Vector3 n = outward_normal(theta, strip.point.kappa);
+      const Vector3 place(strip.point.radius * std::sin(theta),
+                          strip.point.radius * std::cos(theta), strip.point.z);
+      const double into = std::max(0.0, n.dot(feed + condition.turn_T.cross(place)));
+      const std::size_t at =
+          static_cast<std::size_t>(strip.slice) * static_cast<std::size_t>(angles_) +
+          static_cast<std::size_t>(angle);
+      PatchWork& patch = patches[at];
+      for (int flute = 0; flute < flutes_.count(); ++flute) {
+        const double h = flutes_.chip(flute, strip.point, condition.feed_per_tooth, into);
+        if (!flutes_.equal() && h <= 0.0) continue;
+        const Vector3 force = weight * strip.width / angles_ *
+                              edge_force(law_, h, condition.fibre_T,
+                                         motions_[static_cast<std::size_t>(angle)], n, strip.point);
+        patch.torque += place.cross(force).z();
+        patch.chip += h * strip.width;
+        widths[at] += strip.width;
+      }
+    }
+  for (std::size_t at = 0; at < patches.size(); ++at)
+    if (widths[at] > 0.0) patches[at].chip /= widths[at];
+  return patches;
 }
 
 Revolution EngagedForce::revolution(const Engagement& engagement, const Condition& condition,
@@ -123,13 +178,13 @@ Revolution EngagedForce::revolution(const Engagement& engagement, const Conditio
         const double weight = engagement.at(here.slice, patch);
         if (!(weight > 0.0)) continue;
         const Vector3 n = outward_normal(theta, here.point.kappa);
-        const double into = std::max(0.0, n.dot(feed));
+        const Vector3 place(here.point.radius * std::sin(theta),
+                            here.point.radius * std::cos(theta), here.point.z);
+        const double into = std::max(0.0, n.dot(feed + condition.turn_T.cross(place)));
         const double h = flutes_.chip(flute, here.point, condition.feed_per_tooth, into);
         if (!flutes_.equal() && h <= 0.0) continue;
         const Vector3 force = weight * here.width *
                               edge_force(law_, h, condition.fibre_T, motion(theta), n, here.point);
-        const Vector3 place(here.point.radius * std::sin(theta),
-                            here.point.radius * std::cos(theta), here.point.z);
         load.force += force;
         load.moment += place.cross(force);
       }

@@ -23,6 +23,18 @@ class EngagedForce {
   /// Mean load over a revolution. The map must have the grid of the constructor.
   Load mean(const Engagement& engagement, const Condition& condition) const;
 
+  /// Length of the edges of all flutes in bone, mean over a revolution, m, each patch counted by
+  /// its weight: in bone that is not the reference divide by its force scale.
+  double edge_in_bone(const Engagement& engagement) const;
+
+  /// What the edges do on one patch of the map.
+  struct PatchWork {
+    double torque = 0.0;  ///< its part of the mean torque, N m
+    double chip = 0.0;    ///< mean uncut chip thickness, m
+  };
+  /// One a patch, in the order of the map; the torques sum up to that of mean().
+  std::vector<PatchWork> work(const Engagement& engagement, const Condition& condition) const;
+
   /// Instantaneous loads over a revolution.
   Revolution revolution(const Engagement& engagement, const Condition& condition,
                         int steps = 360) const;

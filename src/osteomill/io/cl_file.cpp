@@ -100,10 +100,19 @@ class Reader {
         axis[k] = number(s.word, s.parts[static_cast<std::size_t>(k + 3)]);
       if (!(std::abs(axis.norm() - 1.0) < 1e-3))
         refuse(s.word, fmt::format("an axis {:.4g} long", axis.norm()),
-               "must have an axis of length 1");
+               "must have an axis of length 1, from the tip to the spindle");
       if (std::abs(axis.norm() - 1.0) > 1e-6) axis.normalize();  // what is written reads back
     }
     if (position_ && s.word == "GOTO") {
+      const double turn = workpiece::angle_between(axis_, axis) / units::deg;
+      if (turn > 1e-5 && to == *position_)
+        refuse(s.word, fmt::format("a turn by {:.3g} deg in place", turn),
+               "must move the tip while the tool turns",
+               "let it turn along the move before, a RAPID above the bone for instance");
+      if (turn > 179.9)
+        refuse(s.word, fmt::format("an axis that flips over by {:.1f} deg", turn),
+               "must turn by less than 180 deg: which way round is not said",
+               "put a GOTO between them");
       Move move{rapid_ ? MoveKind::rapid : MoveKind::cut,
                 {*position_, to},
                 rapid_ ? 0.0 : feed_,

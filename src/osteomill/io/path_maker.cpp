@@ -186,8 +186,9 @@ ToolPath built(const PathCase& path, const cutting::Cutter& cutter, const workpi
 }
 
 void check_start(const ToolPath& path, const cutting::Cutter& cutter, workpiece::Stock stock) {
-  const Vector3 tip = path.moves().front().points_W.front();
-  const double buried = workpiece::Remover(stock, cutter).step(tip, tip).buried_volume;
+  const workpiece::ToolPose start = path.at(0.0).pose();
+  const Vector3& tip = start.tip_W;
+  const double buried = workpiece::Remover(stock, cutter).step(start, start).buried_volume;
   const double volume = M_PI * cutter.radius * cutter.radius * cutter.cutting_length;
   if (buried < kMostBuried * volume) return;
   throw InvalidInput(
@@ -221,14 +222,14 @@ Json margins_of(const ToolPath& path, const cutting::Cutter& cutter, const MadeR
 MadePath make_path(const PathCase& path, const cutting::Cutter& cutter,
                    const workpiece::Stock& stock, const MadeRegions& regions) {
   MadePath made{built(path, cutter, stock, regions), {}};
-  if (made.path.upright()) check_start(made.path, cutter, stock);
+  check_start(made.path, cutter, stock);
   made.report["no_go"] = margins_of(made.path, cutter, regions);
   if (regions.access)
     made.report["access_margin_mm"] =
         workpiece::check_access(made.path, cutter, *regions.access) / units::mm;
   made.report["length_mm"] = made.path.length() / units::mm;
   made.report["programmed_time_s"] = workpiece::duration(made.path, path.rapid_feed);
-  if (path.skip_air && made.path.upright()) {
+  if (path.skip_air) {
     const workpiece::ContactMap contact(stock, cutter, made.path);
     workpiece::AirMoves air =
         workpiece::rapid_through_air(made.path, contact, {path.air_clearance, path.rapid_feed});

@@ -7,11 +7,13 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/cl_file.hpp"
 #include "osteomill/io/scratch_folder.hpp"
 #include "osteomill/io/simulate_case.hpp"
 #include "osteomill/io/simulate_result.hpp"
 #include "osteomill/io/simulated_run.hpp"
 #include "osteomill/io/text_file.hpp"
+#include "osteomill/workpiece/swing.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -26,6 +28,13 @@ std::string face(const std::string& path, const std::string& more = "") {
          "cutting_length_mm = 12\n[bone]\nuse = \"bovine-cortical-high-speed\"\n" +
          "[controller]\nkind = \"constant\"\n[limits]\nforce_n = 30\nmax_feed_mm_per_s = 20\n" +
          more;
+}
+
+/// A path from a file has its feed and speed there.
+std::string from_file(std::string text) {
+  for (const std::string key : {"feed_mm_per_s = 10\n", "spindle_speed_rpm = 12000\n"})
+    text.erase(text.find(key), key.size());
+  return text;
 }
 
 std::string with_cylinder(std::string text) {
@@ -105,6 +114,38 @@ TEST(Paths, BallFinishesAFreeSurfaceWithRidgesBelowItsLimit) {
   EXPECT_LT(plan.at("over_cut_volume_mm3").get<double>(), 0.02 * planned);
 }
 
+/// A path from CL data of these statements, after a start in air.
+std::string cl(const std::string& statements, const char* name = "path.cl") {
+  write_text_file(scratch(name),
+                  "UNITS/MM\nMULTAX\nSPINDL/12000,RPM\nFEDRAT/600\n"
+                  "FROM/-5,7,-2,0,0,1\n" +
+                      statements + "FINI\n");
+  return "kind = \"cl\"\nfile = \"" + scratch(name).string() + "\"\n";
+}
+
+TEST(Paths, OfTheGuideAndOfItsClDataMillTheSame) {
+  const auto guide =
+      run(face("kind = \"swing\"\npivot_mm = [-30, 7, -3]\nfirst_angle_deg = -10\n"
+               "last_angle_deg = 10\nfirst_insertion_mm = 20\nlast_insertion_mm = 40\n"));
+  workpiece::Swing swing;
+  swing.pivot_W = {-30 * units::mm, 7 * units::mm, -3 * units::mm};
+  swing.first_angle = -10 * units::deg;
+  swing.last_angle = 10 * units::deg;
+  swing.first_insertion = 20 * units::mm;
+  swing.last_insertion = 40 * units::mm;
+  const std::string text =
+      write_cl(workpiece::swing_and_advance(swing, {10e-3, 12000 * units::rpm}));
+  const std::string path = cl("");
+  write_text_file(scratch("path.cl"), text);
+  const auto by_cl = run(from_file(face(path)));
+  const double volume = guide.at("removed_volume_mm3");
+  EXPECT_GT(volume, 300.0);
+  // What is written is rounded to 1 nm and 1e-9.
+  EXPECT_NEAR(by_cl.at("removed_volume_mm3").get<double>(), volume, 1e-4 * volume);
+  EXPECT_NEAR(by_cl.at("mean_force_n").get<double>(), guide.at("mean_force_n").get<double>(),
+              1e-2 * guide.at("mean_force_n").get<double>());
+}
+
 TEST(Paths, RefuseWhatCannotBeCut) {
   const struct {
     std::string text;
@@ -121,10 +162,12 @@ TEST(Paths, RefuseWhatCannotBeCut) {
       {face("kind = \"surface\"\ntop_mm = 1\nbottom_mm = -4\noutline_x_mm = [0, 5]\n"
             "outline_y_mm = [0, 5]\n"),
        "needs a [plan]"},
-      {face(
-           "kind = \"swing\"\npivot_mm = [-30, 7, -3]\nfirst_angle_deg = -10\nlast_angle_deg = 10\n"
-           "first_insertion_mm = 10\nlast_insertion_mm = 40\n"),
-       "stock.z_axis"},
+      {face("kind = \"swing\"\npivot_mm = [5, 7, -3]\nfirst_angle_deg = -10\nlast_angle_deg = 10\n"
+            "first_insertion_mm = 2\nlast_insertion_mm = 10\n"),
+       "must start in air"},
+      {from_file(face(cl("GOTO/25,7,-2,0,0,0\n", "none.cl"))), "0 long"},
+      {from_file(face(cl("GOTO/25,7,-2,0,0,-1\n", "flip.cl"))), "flips over by 180.0 deg"},
+      {from_file(face(cl("GOTO/25,7,-2\nGOTO/25,7,-2,0,0.6,0.8\n", "turn.cl"))), "in place"},
       {face(kRaster, "[access]\nheight_mm = 5\nx_mm = [10]\ny_mm = [7]\nradius_mm = 8\n"),
        "inside the window"},
       {face(

@@ -125,7 +125,8 @@ ReportPath path_of(const SimulatedRun& run) {
   ReportPath path;
   path.time_s = times(run);
   path.value = peak_forces(run);
-  path.axis = {geometry::Vector3::UnitZ()};
+  const bool turns = run.path && !run.path->upright();
+  if (!turns) path.axis = {geometry::Vector3::UnitZ()};
   const bool profile = run.input.stock.kind == StockKind::line_profile;
   for (const Step& step : run.steps) {
     // A profile has no way from the end of a line to the start of the next one.
@@ -134,6 +135,7 @@ ReportPath path_of(const SimulatedRun& run) {
       path.value[i] = std::numeric_limits<double>::quiet_NaN();
     }
     path.tip.push_back(step.tip_W);
+    if (turns) path.axis.push_back(step.axis_W);
   }
   return path;
 }
@@ -289,6 +291,14 @@ SignalsFile signals_of(const std::vector<SimulatedRun>& runs) {
           name.c_str(), "mm", [&](const Step& s) { return s.tip_W[axis] / units::mm; },
           "of the tip in the work frame");
     }
+    if (run.path && !run.path->upright()) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::string name = fmt::format("axis_{}", "xyz"[axis]);
+        add(
+            name.c_str(), "1", [&](const Step& s) { return s.axis_W[axis]; },
+            "of the tool, from the tip to the spindle, in the work frame");
+      }
+    }
     add("path", "mm", [](const Step& s) { return s.position / units::mm; }, "along the path");
     add("line", "1", [](const Step& s) { return s.line + 1; });
     add("feed_command", "mm/s", [](const Step& s) { return s.command / units::mm_per_s; });
@@ -308,6 +318,11 @@ SignalsFile signals_of(const std::vector<SimulatedRun>& runs) {
     add(
         "removed_volume", "mm3", [](const Step& s) { return s.removed_volume / units::mm3; },
         "in the period");
+    if (run.path) {
+      add(
+          "contact_length", "mm", [](const Step& s) { return s.contact_length / units::mm; },
+          "of the edges in bone, mean over a revolution");
+    }
     const Material material = material_of(run);
     made.signals.push_back({"material", material.unit, materials(run), material.name});
     add("feed_work", "J", [](const Step& s) { return s.feed_work; }, "in the period");

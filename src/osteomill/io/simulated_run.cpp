@@ -138,10 +138,6 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   SimulateCase& input = run.input;
   const MadeRegions regions = make_regions(input.regions, input.stock);
   MadePath path = make_path(input.path, input.cutter.cutter, *made.stock, regions);
-  if (!path.path.upright())
-    throw InvalidInput(Fault{"path", "a tool axis that is not +z of the work frame",
-                             "must keep the axis at +z where bone is removed",
-                             "where the axis is fixed, turn the work frame by stock.z_axis"});
   simulate::StockJob job{input.cutter.cutter, input.bone.law, path.path};
   for (const workpiece::Move& move : job.path.moves()) {
     if (move.kind == workpiece::MoveKind::cut) input.machine.spindle_speed = move.spindle_speed;
@@ -178,8 +174,10 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   for (const workpiece::NoGo& region : regions.no_go) run.no_go.push_back(region.surface_W);
   if (input.heat) {
     run.warnings.push_back(
-        "heat: shear strain, friction and rubbing shares, and the conductivity between cancellous "
-        "and cortical bone are assumed; rubbing counts apart where the law has an edge force");
+        "heat: shear strain, friction and rubbing shares, the least chip, and the conductivity "
+        "between "
+        "cancellous and cortical bone are assumed; rubbing counts apart where the law has an edge "
+        "force");
   }
   mill(workpiece, &workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {

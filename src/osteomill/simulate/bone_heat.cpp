@@ -20,6 +20,18 @@ using geometry::Vector3;
 constexpr double kMostCells = 2e7;
 constexpr double kDoseFrom = thermal::kZeroCelsius + 39.0;  // below, 1/256 of a minute a minute
 
+/// How far up its axis a tool can meet the grid.
+double shaft_length(const geometry::GridShape& shape, const Vector3& tip, const Vector3& axis,
+                    double radius) {
+  double length = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double side = axis[i] > 0.0 ? shape.upper_corner()[i] + radius - tip[i]
+                                      : tip[i] - shape.lower_corner()[i] + radius;
+    if (std::abs(axis[i]) > 1e-12) length = std::min(length, side / std::abs(axis[i]));
+  }
+  return std::max(0.0, length);
+}
+
 /// Cells of the temperature field: where the cutter goes, with a margin, as far as there is bone
 /// and a cell of air around it.
 struct Cells {
@@ -36,14 +48,18 @@ Cells cells_of(const workpiece::Stock& stock, const cutting::Cutter& cutter,
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const workpiece::Move& move : path.moves()) {
     if (move.kind != workpiece::MoveKind::cut) continue;
-    for (const Vector3& point : move.points_W) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
+    for (std::size_t i = 0; i < move.points_W.size(); ++i) {
+      const Vector3& point = move.points_W[i];
+      const Vector3 axis = move.axes_W.empty() ? Vector3(Vector3::UnitZ()) : move.axes_W[i];
+      const Vector3 end = point + shaft_length(voxels, point, axis, cutter.radius) * axis;
+      // A disk across the axis, and the margin under it.
+      const Vector3 across = (1.0 - axis.array().square()).max(0.0).sqrt();
+      const Vector3 around =
+          (cutter.radius + options.margin) * across + options.margin * axis.cwiseAbs();
+      low = low.cwiseMin(point - around).cwiseMin(end - around);
+      high = high.cwiseMax(point + around).cwiseMax(end + around);
     }
   }
-  const double around = cutter.radius + options.margin;
-  low -= Vector3(around, around, options.margin);
-  high += Vector3(around, around, std::numeric_limits<double>::infinity());
   Cells cells;
   cells.factor = std::max(1, static_cast<int>(std::lround(options.spacing / stock.spacing())));
   const workpiece::Stock::Box box = stock.bone_box();
@@ -110,6 +126,36 @@ thermal::ThermalMaterial thermal_material(double density) {
   return {0.29 + cortical * (0.55 - 0.29), density * 1300.0 + (1.0 - solid) * 2.2e6};
 }
 
+std::vector<thermal::PatchCut> patch_cuts(const cutting::EngagedForce& whole,
+                                          const cutting::EngagedForce* edge,
+                                          const cutting::Cutter& cutter,
+                                          const cutting::Engagement& engagement,
+                                          const cutting::Condition& condition, double time) {
+  const auto all = whole.work(engagement, condition);
+  std::vector<cutting::EngagedForce::PatchWork> rubs;
+  if (edge != nullptr) rubs = edge->work(engagement, condition);
+  std::vector<thermal::PatchCut> cuts(all.size());
+  const double turned = condition.spindle_speed * time;
+  const double step = 2.0 * std::numbers::pi / engagement.angles;
+  std::size_t at = 0;
+  for (int slice = 0; slice < engagement.slices; ++slice) {
+    const double speed = condition.spindle_speed *
+                         cutting::radius_at(cutter, (slice + 0.5) * engagement.slice_height);
+    for (int angle = 0; angle < engagement.angles; ++angle, ++at) {
+      if (all[at].torque == 0.0) continue;
+      // h = c sin(theta): in the first quarter turn from +y the chip grows.
+      const double slope = std::abs(std::cos((angle + 0.5) * step));
+      cuts[at] = {all[at].torque * turned,
+                  rubs.empty() ? 0.0 : rubs[at].torque * turned,
+                  speed,
+                  all[at].chip,
+                  0.5 * step * slope * condition.feed_per_tooth,
+                  4 * angle < engagement.angles};
+    }
+  }
+  return cuts;
+}
+
 BoneHeat::BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
                    const workpiece::ToolPath& path, const BoneHeatOptions& options)
     : cutter_(cutter),
@@ -127,22 +173,30 @@ double BoneHeat::share_of_bone(const workpiece::Stock& stock, int x, int y, int 
   return content_of(stock, first_voxel_, factor_, x, y, z).share;
 }
 
-void BoneHeat::take_away(const workpiece::Stock& stock, const Vector3& tip_W) {
+void BoneHeat::take_away(const workpiece::Stock& stock, const Vector3& tip_W,
+                         const Vector3& axis_W) {
   const geometry::GridShape& shape = field_.shape();
   const double reach = cutter_.radius + shape.spacing.x();
+  const Vector3 end = tip_W + shaft_length(shape, tip_W, axis_W, reach) * axis_W;
   std::array<int, 3> first{}, last{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<Eigen::Index>(axis);
-    const double from = axis < 2 ? tip_W[a] - reach : tip_W[a] - shape.spacing[a];
-    const double to = axis < 2 ? tip_W[a] + reach : std::numeric_limits<double>::infinity();
+    const double around = reach * std::sqrt(std::max(0.0, 1.0 - axis_W[a] * axis_W[a])) +
+                          shape.spacing[a] * std::abs(axis_W[a]);
+    const double from = std::min(tip_W[a], end[a]) - around;
+    const double to = std::max(tip_W[a], end[a]) + around;
     first[axis] = static_cast<int>(
         std::clamp((from - shape.origin[a]) / shape.spacing[a], 0.0, shape.size[axis] - 1.0));
     last[axis] = static_cast<int>(
         std::clamp((to - shape.origin[a]) / shape.spacing[a] + 1.0, 0.0, shape.size[axis] - 1.0));
   }
+  const double reach_sq = (reach + shape.spacing.x()) * (reach + shape.spacing.x());
   for (int z = first[2]; z <= last[2]; ++z)
     for (int y = first[1]; y <= last[1]; ++y)
       for (int x = first[0]; x <= last[0]; ++x) {
+        const Vector3 p = shape.centre(x, y, z) - tip_W;
+        const double up = axis_W.dot(p);
+        if (p.squaredNorm() - up * up > reach_sq) continue;
         if (!field_.is_bone(x, y, z) || share_of_bone(stock, x, y, z) >= 0.5) continue;
         field_.remove(x, y, z);
         cut_cells_.push_back({x, y, z});
@@ -161,51 +215,51 @@ void BoneHeat::make_patches(const cutting::Engagement& engagement) {
       patch.p_T = Vector3(r * std::sin(theta), r * std::cos(theta), z);
       patch.n_T = Vector3(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
                           -std::cos(kappa));
-      patch.projected = r * turn * engagement.slice_height * std::max(0.0, std::sin(theta));
       patches_.push_back(patch);
     }
 }
 
-void BoneHeat::put_in(double heat, const Vector3& tip_W, const Vector3& x_T_W,
-                      const cutting::Engagement& engagement) {
-  if (patches_.empty()) make_patches(engagement);
+void BoneHeat::put_in(const Vector3& tip_W, const Eigen::Matrix3d& R_WT,
+                      std::span<const thermal::PatchCut> patches) {
   const geometry::GridShape& shape = field_.shape();
-  const Vector3 y_T_W = Vector3::UnitZ().cross(x_T_W);
-  struct Target {
-    std::array<int, 3> cell;
-    double share;
-  };
-  std::vector<Target> targets;
-  double sum = 0.0;
-  for (std::size_t at = 0; at < patches_.size(); ++at) {
-    const double weight = engagement.weights[at];
-    if (!(weight > 0.0)) continue;
+  double unplaced = 0.0;
+  placed_.clear();
+  for (std::size_t at = 0; at < patches.size(); ++at) {
+    if (!(patches[at].work > 0.0)) continue;
+    const double heat = thermal::shares_of_patch(patches[at], options_.partition).bone;
     const Patch& patch = patches_[at];
     // The bone beside the patch: half a cell or so into what is left.
+    bool found = false;
     for (const double depth : {0.5, 1.0, 1.5}) {
-      const Vector3 p_T = patch.p_T + depth * shape.spacing.x() * patch.n_T;
-      const Vector3 p_W = tip_W + p_T.x() * x_T_W + p_T.y() * y_T_W + p_T.z() * Vector3::UnitZ();
+      const Vector3 p_W = tip_W + R_WT * (patch.p_T + depth * shape.spacing.x() * patch.n_T);
       const Vector3 cell = (p_W - shape.origin).cwiseQuotient(shape.spacing).array().round();
       const std::array<int, 3> c{static_cast<int>(cell.x()), static_cast<int>(cell.y()),
                                  static_cast<int>(cell.z())};
       if (!shape.contains(c[0], c[1], c[2]) || !field_.is_bone(c[0], c[1], c[2])) continue;
-      targets.push_back({c, weight * patch.projected});
-      sum += targets.back().share;
+      placed_.push_back({c, heat});
+      found = true;
       break;
     }
+    if (!found) unplaced += heat;
   }
-  if (targets.empty()) unplaced_heat_ += heat;
-  for (const Target& target : targets)
-    field_.add_heat(target.cell[0], target.cell[1], target.cell[2], heat * target.share / sum);
+  // Heat of patches over air, at the bone's edge, goes to the others in proportion.
+  double sum = 0.0;
+  for (const Placed& part : placed_) sum += part.heat;
+  if (!(sum > 0.0)) {
+    unplaced_heat_ += unplaced;
+    return;
+  }
+  const double more = 1.0 + unplaced / sum;
+  for (const Placed& part : placed_)
+    field_.add_heat(part.cell[0], part.cell[1], part.cell[2], more * part.heat);
 }
 
-void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W, const Vector3& x_T_W,
-                       const cutting::Engagement& engagement, double work, double cutting_speed,
-                       double chip_thickness, double time, double rubbing) {
-  take_away(stock, tip_W);
-  put_in(
-      thermal::shares_of_cut(work, rubbing, cutting_speed, chip_thickness, options_.partition).bone,
-      tip_W, x_T_W, engagement);
+void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W,
+                       const Eigen::Matrix3d& R_WT, const cutting::Engagement& grid,
+                       std::span<const thermal::PatchCut> patches, double time) {
+  if (patches_.empty()) make_patches(grid);
+  take_away(stock, tip_W, R_WT.col(2));
+  put_in(tip_W, R_WT, patches);
   rest(time);
 }
 

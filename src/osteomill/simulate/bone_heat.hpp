@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "osteomill/cutting/cutter.hpp"
+#include "osteomill/cutting/engaged_force.hpp"
 #include "osteomill/cutting/engagement.hpp"
 #include "osteomill/thermal/heat_field.hpp"
 #include "osteomill/thermal/heat_partition.hpp"
@@ -32,20 +34,20 @@ struct BoneHeatSummary {
 
 /// The temperature of a stock while it is milled, on cells of several voxels around the path.
 ///
-/// The share of the bone in the work of the spindle (thermal::shares_of_cut) goes into the bone
-/// just outside the patches that are in contact, by the volume that each cuts. A cell is bone while
-/// half of it is.
+/// Of the work on each patch of the cutter the bone's share, by the chip there
+/// (thermal::shares_of_patch), goes into the bone just outside the patch: at the thin end of the
+/// chip into the wall that remains, at its thick end into what the next teeth take along. A cell is
+/// bone while half of it is.
 class BoneHeat {
  public:
   BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
            const workpiece::ToolPath& path, const BoneHeatOptions& options);
 
-  /// One stretch of time in which the tip came to `tip_W`. `work` is what the spindle gave, J,
-  /// `rubbing` what of it the edge forces took;
-  /// `engagement` belongs to the tool frame with x along x_T_W; chip thickness is the mean one.
+  /// One stretch of time in which the tip came to `tip_W`, with the tool frame's axes in W and what
+  /// was done on each patch of the engagement's map, in its order.
   void advance(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
-               const geometry::Vector3& x_T_W, const cutting::Engagement& engagement, double work,
-               double cutting_speed, double chip_thickness, double time, double rubbing = 0.0);
+               const Eigen::Matrix3d& R_WT, const cutting::Engagement& grid,
+               std::span<const thermal::PatchCut> patches, double time);
   /// The same where nothing is cut.
   void rest(double time);
 
@@ -62,11 +64,11 @@ class BoneHeat {
  private:
   struct Patch {
     geometry::Vector3 p_T, n_T;
-    double projected = 0.0;  ///< on the feed, m²
   };
-  void take_away(const workpiece::Stock& stock, const geometry::Vector3& tip_W);
-  void put_in(double heat, const geometry::Vector3& tip_W, const geometry::Vector3& x_T_W,
-              const cutting::Engagement& engagement);
+  void take_away(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
+                 const geometry::Vector3& axis_W);
+  void put_in(const geometry::Vector3& tip_W, const Eigen::Matrix3d& R_WT,
+              std::span<const thermal::PatchCut> patches);
   void make_patches(const cutting::Engagement& engagement);
   double share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const;
 
@@ -76,13 +78,26 @@ class BoneHeat {
   std::array<int, 3> first_voxel_{};  ///< of the stock, in cell (0, 0, 0)
   thermal::HeatField field_;
   std::vector<Patch> patches_;
-  std::vector<float> peak_;  ///< K
-  std::vector<float> dose_;  ///< minutes
+  struct Placed {
+    std::array<int, 3> cell;
+    double heat;
+  };
+  std::vector<Placed> placed_;  ///< of one step; keeps its memory
+  std::vector<float> peak_;     ///< K
+  std::vector<float> dose_;     ///< minutes
   std::vector<std::array<int, 3>> cut_cells_;
   double hottest_ = 0.0;      ///< so far, K
   double hottest_now_ = 0.0;  ///< K
   double unplaced_heat_ = 0.0;
 };
+
+/// What the edges do on each patch of an engagement's map in a time. `edge` is the same cutter with
+/// the edge part of the law only, null where it has none.
+std::vector<thermal::PatchCut> patch_cuts(const cutting::EngagedForce& whole,
+                                          const cutting::EngagedForce* edge,
+                                          const cutting::Cutter& cutter,
+                                          const cutting::Engagement& engagement,
+                                          const cutting::Condition& condition, double time);
 
 /// Conduction in bone of an apparent density: k from 0.29 W/mK (cancellous, 400 kg/m³) to 0.55
 /// (cortical, 1900 kg/m³) in a straight line; solid at 1300 J/kgK, the rest marrow with 2.2 MJ/m³K.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
@@ -45,8 +46,19 @@ Outcome mill(double power, double feed, double convection, double chip = 30e-6) 
   for (double s = 0.0; s < slot().length(); s += step) {
     const Vector3 to = slot().at(s + step).position_W;
     const workpiece::Removal removal = remover.step(slot().at(s).position_W, to);
-    heat.advance(stock, to, remover.x_T_W(), remover.engagement(),
-                 removal.contact() ? power * step / feed : 0.0, 3.0, chip, step / feed);
+    const cutting::Engagement& engagement = remover.engagement();
+    // By the volume that each patch cuts.
+    std::vector<thermal::PatchCut> patches(engagement.weights.size());
+    double sum = 0.0;
+    for (std::size_t at = 0; at < patches.size() && removal.contact(); ++at) {
+      const auto angle = static_cast<double>(at % static_cast<std::size_t>(engagement.angles));
+      const double theta = 2.0 * std::numbers::pi * (angle + 0.5) / engagement.angles;
+      patches[at] = {engagement.weights[at] * std::max(0.0, std::sin(theta)), 0.0, 3.0, chip};
+      sum += patches[at].work;
+    }
+    for (thermal::PatchCut& patch : patches)
+      if (sum > 0.0) patch.work *= power * step / feed / sum;
+    heat.advance(stock, to, remover.R_WT(), engagement, patches, step / feed);
   }
   return {heat.summary(), heat.field().energy()};
 }

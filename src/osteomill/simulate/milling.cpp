@@ -136,10 +136,12 @@ const Cut& Milling::follow(std::span<const double> positions, std::span<const do
   cut_.torques.resize(count);
   cut_.contacts.resize(count);
   cut_.removed_volume = 0.0;
+  cut_.contact_length = 0.0;
   cut_.material = 0.0;
   const std::span<const double> angles(angles_.data(), count);
   workpiece_.mill({state_.integral, positions, feeds, angles, sample_time, spindle_speed_}, cut_);
   open_.removed_volume += cut_.removed_volume;
+  open_.contact_length = cut_.contact_length;
   if (cut_.material > 0.0) {
     open_.material += cut_.material;
     ++pieces_in_bone_;
@@ -184,6 +186,7 @@ Report Milling::end_period(const FeedRequest& request) {
   step.position = state_.integral;
   const Place end = workpiece_.at(state_.integral);
   step.tip_W = end.tip_W;
+  step.axis_W = end.axis_W;
   step.rapid = end.rapid;
   steps_.push_back(step);
 

@@ -73,6 +73,7 @@ struct Step {
   double position = 0.0;  ///< m along the path
   int line = 0;           ///< from 0
   geometry::Vector3 tip_W = geometry::Vector3::Zero();
+  geometry::Vector3 axis_W = geometry::Vector3::UnitZ();       ///< of the tool
   double command = 0.0;                                        ///< m/s
   double feed = 0.0;                                           ///< at the end, m/s
   double spindle_speed = 0.0;                                  ///< at the end, rad/s
@@ -81,6 +82,7 @@ struct Step {
   double peak_force = 0.0;        ///< largest magnitude, N
   double mean_torque = 0.0;       ///< N m
   double removed_volume = 0.0;    ///< in this period, m³
+  double contact_length = 0.0;    ///< of the edges in bone at its end, m; see Cut
   double material = 0.0;          ///< see Workpiece::material_key
   double feed_work = 0.0;         ///< - integral of F · v dt of this period, J
   double spindle_work = 0.0;      ///< integral of torque × speed of this period, J

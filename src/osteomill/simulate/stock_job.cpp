@@ -15,6 +15,7 @@ using geometry::Vector3;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 // A trace of occupancy is no contact: a thousandth of a voxel in a period.
 constexpr double kLeastContact = 1e-3;
+constexpr double kShank = 0.2;  // m of tool that counts when a turn brings it near a region
 std::vector<int> lines_of(const workpiece::ToolPath& path) {
   std::vector<int> lines;
   for (const workpiece::Move& move : path.moves()) {
@@ -74,6 +75,7 @@ Place StockWorkpiece::at(double position) const {
   place.line = std::min(static_cast<int>(line - lines_.begin()), lines() - 1);
   place.tip_W = point.position_W;
   place.direction_W = point.direction_W;
+  place.axis_W = point.axis_W;
   place.rapid = move.kind == workpiece::MoveKind::rapid;
   place.programmed_feed = place.rapid ? job_.rapid_feed : move.feed_rate;
   return place;
@@ -97,16 +99,19 @@ const workpiece::ContactMap::Stretch& StockWorkpiece::nearest_entry(double posit
 
 /// A distance changes by no more than the way of the tool: it is worked out anew when that has
 /// become a tenth of it, and a tenth of a millimetre.
-void StockWorkpiece::watch_no_go(const Vector3& tip_W) {
+void StockWorkpiece::watch_no_go(const workpiece::ToolPose& pose) {
   if (job_.no_go.empty()) return;
-  const double way = (tip_W - no_go_tip_W_).norm();
+  const Vector3& tip_W = pose.tip_W;
+  const double way =
+      (tip_W - no_go_tip_W_).norm() + kShank * workpiece::angle_between(pose.axis_W, no_go_axis_W_);
   const bool known = std::isfinite(no_go_distance_);
   if (known && way < std::max(0.1 * no_go_found_, 0.1e-3)) {
     no_go_distance_ = no_go_found_ - way;
     return;
   }
-  const Vector3 up(0.0, 0.0, 1e-6);  // a path needs a length
-  const workpiece::ToolPath here = workpiece::line(tip_W, tip_W + up, {1e-3, 1.0});
+  const Vector3 up = 1e-6 * pose.axis_W;  // a path needs a length
+  const workpiece::ToolPath here(
+      {{workpiece::MoveKind::cut, {tip_W, tip_W + up}, 1e-3, 1.0, 1, {pose.axis_W, pose.axis_W}}});
   no_go_distance_ = std::numeric_limits<double>::infinity();
   for (const workpiece::NoGo& region : job_.no_go) {
     no_go_distance_ =
@@ -114,6 +119,7 @@ void StockWorkpiece::watch_no_go(const Vector3& tip_W) {
   }
   no_go_found_ = no_go_distance_;
   no_go_tip_W_ = tip_W;
+  no_go_axis_W_ = pose.axis_W;
 }
 
 void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
@@ -123,20 +129,23 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
   if (travelled > 0.0) {
     std::vector<double> stops = job_.path.corners_between(motion.from, to);
     stops.push_back(to);
-    Vector3 tip = job_.path.at(motion.from).position_W + bent_W_;
+    workpiece::ToolPose pose = job_.path.at(motion.from).pose();
+    pose.tip_W += bent_W_;
     for (const double stop : stops) {
-      const Vector3 next = job_.path.at(stop).position_W + next_bent_W_;
-      const workpiece::Removal part = remover_.step(tip, next);
+      workpiece::ToolPose next = job_.path.at(stop).pose();
+      next.tip_W += next_bent_W_;
+      const workpiece::Removal part = remover_.step(pose, next);
       total.volume += part.volume;
       total.mass += part.mass;
+      total.scaled_volume += part.scaled_volume;
       buried_volume_ += part.buried_volume;
-      tip = next;
+      pose = next;
     }
     bent_W_ = next_bent_W_;
   }
   // The direction that the engagement belongs to: that of the last piece of path.
   const Place place = at(0.5 * (to + std::max(motion.from, to - 1e-9)));
-  watch_no_go(job_.path.at(to).position_W);
+  watch_no_go(job_.path.at(to).pose());
   cut.direction_W = place.direction_W;
   cut.removed_volume = total.volume;
   const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
@@ -150,34 +159,20 @@ void StockWorkpiece::mill(const Motion& motion, Cut& cut) {
     return;
   }
   cut.material = total.mass / total.volume;
+  if (total.scaled_volume > 0.0)
+    cut.contact_length =
+        force_.edge_in_bone(remover_.engagement()) * total.volume / total.scaled_volume;
   sample_forces(motion, place, travelled / time, cut);
-  if (heat_) heat_bone(motion, place, travelled / time, cut);
+  if (heat_) heat_bone(motion, place, travelled / time);
 }
 
-void StockWorkpiece::heat_bone(const Motion& motion, const Place& place, double feed,
-                               const Cut& cut) {
-  double work = 0.0;
-  for (const double torque : cut.torques) {
-    work += torque * motion.spindle_speed * motion.sample_time;
-  }
+void StockWorkpiece::heat_bone(const Motion& motion, const Place& place, double feed) {
   const double time = static_cast<double>(motion.positions.size()) * motion.sample_time;
-  const double chip = cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes) *
-                      thermal::kMeanOfChip;
-  double rubbing = 0.0;
-  if (edge_force_) {
-    rubbing = edge_force_->mean(remover_.engagement(), condition_of(motion, place, feed)).torque() *
-              motion.spindle_speed * time;
-  }
-  heat_->advance(stock_, place.tip_W, remover_.x_T_W(), remover_.engagement(), work,
-                 motion.spindle_speed * job_.cutter.radius, chip, time, rubbing);
-}
-
-Eigen::Matrix3d StockWorkpiece::tool_axes() const {
-  Eigen::Matrix3d R_WT;
-  R_WT.col(0) = remover_.x_T_W();
-  R_WT.col(1) = Vector3::UnitZ().cross(remover_.x_T_W());
-  R_WT.col(2) = Vector3::UnitZ();
-  return R_WT;
+  const cutting::Condition condition = condition_of(motion, place, feed);
+  const cutting::Engagement& engagement = remover_.engagement();
+  patch_cuts_ = patch_cuts(force_, edge_force_ ? &*edge_force_ : nullptr, job_.cutter, engagement,
+                           condition, time);
+  heat_->advance(stock_, place.tip_W, remover_.R_WT(), engagement, patch_cuts_, time);
 }
 
 cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Place& place,
@@ -186,12 +181,13 @@ cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Plac
   condition.spindle_speed = motion.spindle_speed;
   condition.feed_per_tooth =
       cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes);
-  condition.feed_elevation = std::asin(std::clamp(place.direction_W.z(), -1.0, 1.0));
+  condition.feed_elevation = std::asin(std::clamp(place.direction_W.dot(place.axis_W), -1.0, 1.0));
   // That of the place where the cutter is in bone, half way up what it can cut in a step.
-  const Vector3 fibre_W =
-      job_.fibre_at ? job_.fibre_at(place.tip_W + 0.5 * job_.cutter.radius * Vector3::UnitZ())
-                    : job_.fibre_W;
-  condition.fibre_T = tool_axes().transpose() * fibre_W;
+  const Vector3 fibre_W = job_.fibre_at
+                              ? job_.fibre_at(place.tip_W + 0.5 * job_.cutter.radius * place.axis_W)
+                              : job_.fibre_W;
+  condition.fibre_T = remover_.R_WT().transpose() * fibre_W;
+  condition.turn_T = remover_.turn_T();
   return condition;
 }
 
@@ -220,7 +216,7 @@ BentTool StockWorkpiece::bent_tool() const {
 
 void StockWorkpiece::sample_forces(const Motion& motion, const Place& place, double feed,
                                    Cut& cut) {
-  const Eigen::Matrix3d R_WT = tool_axes();
+  const Eigen::Matrix3d R_WT = remover_.R_WT();
   const cutting::Condition condition = condition_of(motion, place, feed);
   largest_chip_ = std::max(largest_chip_, condition.feed_per_tooth);
 

@@ -84,18 +84,17 @@ class StockWorkpiece final : public Workpiece {
   template <class Archive>
   void exchange(Archive& a) {
     a(stock_, remover_, largest_chip_, buried_volume_, bent_W_, next_bent_W_, bent_sum_,
-      bent_largest_, bent_periods_, no_go_distance_, no_go_found_, no_go_tip_W_);
+      bent_largest_, bent_periods_, no_go_distance_, no_go_found_, no_go_tip_W_, no_go_axis_W_);
     if (heat_) a(*heat_);
   }
 
  private:
-  void watch_no_go(const geometry::Vector3& tip_W);
+  void watch_no_go(const workpiece::ToolPose& pose);
   const workpiece::ContactMap::Stretch& nearest_entry(double position) const;
-  Eigen::Matrix3d tool_axes() const;  ///< of T in W
   cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;
   void sample_forces(const Motion& motion, const Place& place, double feed, Cut& cut);
+  void heat_bone(const Motion& motion, const Place& place, double feed);
   void bend(const cutting::Load& mean_T, const Eigen::Matrix3d& R_WT);
-  void heat_bone(const Motion& motion, const Place& place, double feed, const Cut& cut);
 
   workpiece::Stock stock_;
   StockJob job_;
@@ -110,7 +109,9 @@ class StockWorkpiece final : public Workpiece {
   double no_go_distance_ = std::numeric_limits<double>::infinity();
   double no_go_found_ = 0.0;  ///< where it was worked out last, at
   geometry::Vector3 no_go_tip_W_ = geometry::Vector3::Zero();
+  geometry::Vector3 no_go_axis_W_ = geometry::Vector3::UnitZ();
   std::optional<BoneHeat> heat_;
+  std::vector<thermal::PatchCut> patch_cuts_;
   geometry::Vector3 bent_W_ = geometry::Vector3::Zero();  ///< where the cutter is beside the path
   geometry::Vector3 next_bent_W_ = geometry::Vector3::Zero();  ///< at the end of the next period
   double bent_sum_ = 0.0, bent_largest_ = 0.0;

@@ -26,7 +26,8 @@ struct Cut {
   std::vector<char> contacts;               ///< 1 where the cutter touches bone, else 0
   geometry::Vector3 direction_W = geometry::Vector3::UnitX();  ///< of the feed, unit
   double removed_volume = 0.0;                                 ///< over the period, m³
-  double material = 0.0;  ///< mean over what is in contact; 0 in air
+  double contact_length = 0.0;  ///< of the edges in bone, mean over a revolution, m; 0: not known
+  double material = 0.0;        ///< mean over what is in contact; 0 in air
 };
 
 /// A place on the path.
@@ -34,6 +35,7 @@ struct Place {
   int line = 0;                                               ///< from 0
   geometry::Vector3 tip_W = geometry::Vector3::Zero();        ///< m
   geometry::Vector3 direction_W = geometry::Vector3::Zero();  ///< of the feed, unit
+  geometry::Vector3 axis_W = geometry::Vector3::UnitZ();      ///< of the tool, unit
   double programmed_feed = 0.0;                               ///< m/s
   bool rapid = false;                                         ///< positioning, not a cut
 };

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "osteomill/base/large_vector.hpp"
 #include "osteomill/geometry/voxel_grid.hpp"
 #include "osteomill/thermal/analytic_heat.hpp"
 
@@ -73,13 +74,13 @@ class HeatField {
 
   geometry::GridShape shape_;
   HeatOptions options_;
-  std::vector<double> rise_;         ///< above the initial temperature, K
-  std::vector<float> capacity_;      ///< J/K of a voxel; 0: no bone
-  std::vector<float> conductivity_;  ///< W/(m K)
+  LargeVector<double> rise_;         ///< above the initial temperature, K
+  LargeVector<float> capacity_;      ///< J/K of a voxel; 0: no bone
+  LargeVector<float> conductivity_;  ///< W/(m K)
   /// By axis: conductance to the next voxel, W/K; 0 where there is none or no bone.
-  std::vector<float> conductance_[3];
+  LargeVector<float> conductance_[3];
   /// By axis: conductance of the voxel's open faces to the coolant, W/K.
-  std::vector<float> open_[3];
+  LargeVector<float> open_[3];
   double coolant_rise_ = 0.0, blood_rise_ = 0.0;
   double added_ = 0.0, cut_ = 0.0;
   bool backwards_ = false;

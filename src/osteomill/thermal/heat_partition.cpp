@@ -45,4 +45,15 @@ HeatShares shares_of_cut(double work, double rubbing, double surface_speed, doub
   return partition(all - rubs, rubs, chip, options);
 }
 
+HeatShares shares_of_patch(const PatchCut& patch, const PartitionOptions& options) {
+  const double thinnest = patch.chip - patch.spread;
+  double ploughs = 0.0;
+  if (patch.growing && thinnest < options.least_chip)
+    ploughs = patch.spread > 0.0
+                  ? std::min(1.0, (options.least_chip - thinnest) / (2.0 * patch.spread))
+                  : 1.0;
+  const double rubbing = patch.rubbing + ploughs * (patch.work - patch.rubbing);
+  return shares_of_cut(patch.work, rubbing, patch.speed, patch.chip, options);
+}
+
 }  // namespace osteomill::thermal

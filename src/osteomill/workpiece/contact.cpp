@@ -60,7 +60,7 @@ ContactMap::ContactMap(Stock stock, const cutting::Cutter& cutter, const ToolPat
       const int steps = std::max(1, static_cast<int>(std::ceil(length / step - 1e-9)));
       for (int k = 0; k < steps && length > 0.0; ++k) {
         const double a = from + length * k / steps, b = from + length * (k + 1) / steps;
-        const Removal removal = remover.step(path.at(a).position_W, path.at(b).position_W);
+        const Removal removal = remover.step(path.at(a).pose(), path.at(b).pose());
         const double volume = removal.volume + removal.buried_volume;
         removed_volume_ += volume;
         if (path.moves()[m].kind == MoveKind::rapid) in_rapid += volume;

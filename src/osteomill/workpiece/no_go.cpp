@@ -218,8 +218,7 @@ Approach nearest_approach(const ToolPath& path, const cutting::Cutter& cutter, c
       for (int k = 0; k <= poses; ++k) {
         const double part = static_cast<double>(k) / poses;
         const Vector3 tip = from + part * (to - from);
-        const Vector3 axis =
-            ((1.0 - part) * move.axes_W[i - 1] + part * move.axes_W[i]).normalized();
+        const Vector3 axis = turned(move.axes_W[i - 1], move.axes_W[i], part);
         meet(
             [&](const Vector3& p) {
               const double height = axis.dot(p - tip);

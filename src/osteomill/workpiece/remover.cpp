@@ -19,6 +19,8 @@ namespace {
 // and a move is level or vertical.
 constexpr double kSamePlace = 1e-6;
 constexpr double kLevel = 1e-9;
+// rad a voxel: a turn that moves the far end of a thousand voxels by a thousandth of the way.
+constexpr double kLeastTurn = 1e-6;
 constexpr double kLeastRadius = 2.0;  // of a cutter: below, occupancy can't tell its shape
 
 const cutting::Cutter& checked(const cutting::Cutter& cutter, const geometry::GridShape& shape) {
@@ -40,6 +42,8 @@ const cutting::Cutter& checked(const cutting::Cutter& cutter, const geometry::Gr
               "use smaller voxels"});
   return cutter;
 }
+
+bool is_upright(const Vector3& axis) { return axis == Vector3::UnitZ(); }
 
 void add_three(float* at, const std::array<float, 3>& shares, float amount) {
   at[-1] += shares[0] * amount;
@@ -159,17 +163,18 @@ Remover::Remover(Stock& stock, const cutting::Cutter& cutter, const RemoverOptio
     : stock_(stock),
       meridian_(checked(cutter, stock.shape()), 1.0 / stock.spacing()),
       swath_(meridian_, stock.shape()),
+      pose_swath_(meridian_, stock.shape()),
       map_(cutter, stock.spacing(),
            options.patches.slices > 0 ? options.patches : patches_for(cutter, stock.spacing()),
            options.memory) {}
 
-template <bool one_material, class Map>
-void Remover::carve_layer(int z, Map& map, Totals& totals) {
+template <bool one_material, class Source, class Map>
+void Remover::carve_layer(const Source& source, int z, Map& map, Totals& totals) {
   const std::size_t layer = stock_.row_index(0, z);
   const BoneMaterial* palette = stock_.palette_.data();
   map.start_layer(z);
   std::int64_t layer_units = 0;
-  const std::span<const Swath::Run> runs = swath_.runs();
+  const std::span<const Swath::Run> runs = source.runs();
   for (std::size_t at = 0; at < runs.size(); ++at) {
     const Swath::Run& run = runs[at];
     if (at + 4 < runs.size()) {
@@ -190,7 +195,7 @@ void Remover::carve_layer(int z, Map& map, Totals& totals) {
     Stock::Occupancy* occupancy = stock_.occupancy_.data() + begin;
     const std::uint16_t* material = stock_.material_.data() + begin;
     const Stock::Occupancy* fresh =
-        swath_.fresh() + run.fresh + static_cast<std::size_t>(first - run.first);
+        source.fresh() + run.fresh + static_cast<std::size_t>(first - run.first);
     const int count = last - first + 1;
     std::uint32_t units = 0;
     map.start_run(run.y, first);
@@ -217,18 +222,18 @@ void Remover::carve_layer(int z, Map& map, Totals& totals) {
   totals.units += layer_units;
 }
 
-template <class Map>
-void Remover::carve(Map&& map, Totals& totals) {
+template <class Source, class Map>
+void Remover::carve(Source& source, Map&& map, Totals& totals) {
   const geometry::GridShape& shape = stock_.shape_;
   const bool one_material = stock_.palette_.size() == 1;
   const auto rows = static_cast<std::size_t>(shape.size[1]);
-  for (int z = swath_.first_layer(); z < shape.size[2] && swath_.reaches(z); ++z) {
+  for (int z = source.first_layer(); z < shape.size[2] && source.reaches(z); ++z) {
     if (stock_.layer_units_[static_cast<std::size_t>(z)] == 0) continue;
-    swath_.list(z, {stock_.row_units_.data() + stock_.row_index(0, z), rows});
+    source.list(z, {stock_.row_units_.data() + stock_.row_index(0, z), rows});
     if (one_material)
-      carve_layer<true>(z, map, totals);
+      carve_layer<true>(source, z, map, totals);
     else
-      carve_layer<false>(z, map, totals);
+      carve_layer<false>(source, z, map, totals);
   }
   if (one_material) {
     totals.unit_density = static_cast<double>(totals.units) * stock_.palette_[0].density;
@@ -236,39 +241,90 @@ void Remover::carve(Map&& map, Totals& totals) {
   }
 }
 
-Removal Remover::step(const Vector3& from_W, const Vector3& to_W) {
-  const auto to_voxels = [&](const Vector3& p_W) -> Vector3 {
-    return (p_W - stock_.shape_.origin) / stock_.spacing();
-  };
-  Removal removal;
-  if (const Vector3 from = to_voxels(from_W); !placed_ || (from - tip_).norm() > kSamePlace) {
-    Totals buried;
-    swath_.begin_placing(from);
-    carve(NoMap{}, buried);
-    removal.buried_volume = static_cast<double>(buried.units) * stock_.unit_volume();
-    map_.clear();
-    tip_ = from;
-    placed_ = true;
+Eigen::Matrix3d Remover::R_WT() const {
+  Eigen::Matrix3d axes;
+  axes << map_.x_T(), map_.y_T(), map_.z_T();
+  return axes;
+}
+
+Remover::Totals Remover::place(const ToolPose& pose) {
+  Totals buried;
+  if (is_upright(pose.axis_W)) {
+    swath_.begin_placing(pose.tip_W);
+    carve(swath_, NoMap{}, buried);
+  } else {
+    pose_swath_.begin_placing(pose);
+    carve(pose_swath_, NoMap{}, buried);
   }
-  Vector3 to = to_voxels(to_W);
-  if (std::abs(to.z() - tip_.z()) < kLevel) to.z() = tip_.z();
-  if (std::hypot(to.x() - tip_.x(), to.y() - tip_.y()) < kLevel) to.head<2>() = tip_.head<2>();
-  const double length = (to - tip_).norm();
-  if (length == 0.0) return removal;
-  const Vector3 from = tip_;
-  tip_ = to;
+  map_.clear();
+  pose_ = pose;
+  placed_ = true;
+  return buried;
+}
+
+void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals& buried) {
+  const double length = (to.tip_W - from.tip_W).norm();
+  const double turn = angle_between(from.axis_W, to.axis_W);
+  if (length == 0.0) {
+    if (turn == 0.0) return;
+    pose_swath_.begin_step(from, to);
+    carve(pose_swath_, NoMap{}, buried);
+    return;
+  }
+  ShadowMap::Step step;
+  step.feed = (to.tip_W - from.tip_W) / length;
+  step.tip = from.tip_W;
+  step.axis = from.axis_W;
+  step.turn = Vector3::Zero();
+  if (turn > kLeastTurn * length) {
+    step.axis = turned(from.axis_W, to.axis_W, 0.5);
+    step.turn = from.axis_W.cross(to.axis_W).normalized() * (turn / length);
+  }
+  step.length = length;
   // With one material the map is filled in units, otherwise in units × force scale.
   const double scale = stock_.palette_.size() == 1 ? stock_.palette_[0].force_scale : 1.0;
-  map_.begin_step((to - from) / length, from, length, scale / Stock::kFull);
-  swath_.begin_step(from, to);
-  Totals totals;
-  if (to.z() == from.z())
-    carve(LevelMap(map_, from), totals);
+  step.unit = scale / Stock::kFull;
+  map_.begin_step(step);
+  if (!is_upright(from.axis_W) || !is_upright(to.axis_W)) {
+    pose_swath_.begin_step(from, to);
+    carve(pose_swath_, TiltedMap(map_, from.tip_W), cut);
+    return;
+  }
+  swath_.begin_step(from.tip_W, to.tip_W);
+  if (to.tip_W.z() == from.tip_W.z())
+    carve(swath_, LevelMap(map_, from.tip_W), cut);
   else
-    carve(TiltedMap(map_, from), totals);
-  removal.volume = static_cast<double>(totals.units) * stock_.unit_volume();
-  removal.mass = totals.unit_density * stock_.unit_volume();
-  removal.scaled_volume = totals.unit_scale * stock_.unit_volume();
+    carve(swath_, TiltedMap(map_, from.tip_W), cut);
+}
+
+Removal Remover::step(const ToolPose& from_W, const ToolPose& to_W) {
+  const auto to_voxels = [&](const ToolPose& pose) -> ToolPose {
+    return {(pose.tip_W - stock_.shape_.origin) / stock_.spacing(), pose.axis_W};
+  };
+  const ToolPose from = to_voxels(from_W);
+  Totals cut, buried;
+  if (!placed_ || (from.tip_W - pose_.tip_W).norm() > kSamePlace ||
+      angle_between(from.axis_W, pose_.axis_W) > kSamePlace)
+    buried = place(from);
+  ToolPose to = to_voxels(to_W);
+  if (is_upright(to.axis_W)) {
+    if (std::abs(to.tip_W.z() - pose_.tip_W.z()) < kLevel) to.tip_W.z() = pose_.tip_W.z();
+    if (std::hypot(to.tip_W.x() - pose_.tip_W.x(), to.tip_W.y() - pose_.tip_W.y()) < kLevel)
+      to.tip_W.head<2>() = pose_.tip_W.head<2>();
+  }
+  const ToolPose start = pose_;
+  const bool straight = is_upright(start.axis_W) && is_upright(to.axis_W);
+  const int pieces = straight ? 1 : pose_swath_.pieces(start, to);
+  for (int k = 1; k <= pieces; ++k) {
+    const ToolPose next = k == pieces ? to : between(start, to, static_cast<double>(k) / pieces);
+    move(pose_, next, cut, buried);
+    pose_ = next;
+  }
+  Removal removal;
+  removal.volume = static_cast<double>(cut.units) * stock_.unit_volume();
+  removal.buried_volume = static_cast<double>(buried.units) * stock_.unit_volume();
+  removal.mass = cut.unit_density * stock_.unit_volume();
+  removal.scaled_volume = cut.unit_scale * stock_.unit_volume();
   return removal;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "osteomill/workpiece/pose_swath.hpp"
 #include "osteomill/workpiece/shadow_map.hpp"
 #include "osteomill/workpiece/stock.hpp"
 #include "osteomill/workpiece/swath.hpp"
@@ -13,7 +14,8 @@ struct Removal {
   double mass = 0.0;           ///< kg
   double scaled_volume = 0.0;  ///< volume × force scale, m³: what the engagement is made of
   /// Volume that was inside the cutter before the step, because the path starts there or jumped
-  /// there, m³. It is gone from the stock but in none of the values above.
+  /// there, or that a turn in place met, m³. It is gone from the stock but in none of the values
+  /// above.
   double buried_volume = 0.0;
   bool contact() const { return volume > 0.0; }
 };
@@ -23,32 +25,43 @@ struct RemoverOptions {
   double memory = 1.0;  ///< travel over which engagement is averaged, voxels; see ShadowMap
 };
 
-/// Takes bone out of a stock with one cutter, step by step, tool axis = +z of W.
+/// Takes bone out of a stock with one cutter, step by step; the tool's axis may have any direction
+/// and turn in a step. Steps with the axis along +z of W go a shorter way (Swath), the others
+/// (PoseSwath) are done in pieces where they turn much, so that surfaces stay right within a
+/// thousandth of a voxel.
 ///
 /// New occupancy = min(old, clamp(1/2 - d/spacing)), d the distance to the swept volume (see
 /// SweptTool). A step that starts where the last one ended looks only at voxels in front of the
 /// cutter and not yet inside it; the cost follows what is newly touched. No allocation in a step.
-/// The whole stock above the tip is cut, the shank at full radius included.
+/// The whole stock along the axis is cut, the shank at full radius included.
 class Remover {
  public:
   /// Throws InvalidInput when the cutter is not one. The stock must outlive the remover.
   Remover(Stock& stock, const cutting::Cutter& cutter, const RemoverOptions& options = {});
-  Remover(const Remover&) = delete;  // its swath looks at its meridian
+  Remover(const Remover&) = delete;  // its swaths look at its meridian
   Remover& operator=(const Remover&) = delete;
 
-  /// Moves the tip straight from one point to the other. When `from` isn't where the last step
-  /// ended, the engagement starts anew and bone around `from` counts as buried.
-  Removal step(const Vector3& from_W, const Vector3& to_W);
+  /// Moves the tip straight from one pose to the other while the axis turns evenly (between()).
+  /// When `from` isn't where the last step ended, the engagement starts anew and bone around `from`
+  /// counts as buried. The axes must not be opposite.
+  Removal step(const ToolPose& from, const ToolPose& to);
+  /// The same with the axis along +z of W.
+  Removal step(const Vector3& from_W, const Vector3& to_W) {
+    return step(ToolPose{from_W, Vector3::UnitZ()}, ToolPose{to_W, Vector3::UnitZ()});
+  }
 
-  /// Contact of the cutter's envelope with bone after the last step, in the tool frame whose x-axis
-  /// is x_T_W(): share of each patch × force scale. Valid until the next call.
+  /// Contact of the cutter's envelope with bone after the last step, in the tool frame T: share of
+  /// each patch × force scale. Valid until the next call.
   const cutting::Engagement& engagement() { return map_.engagement(); }
-  const Vector3& x_T_W() const { return map_.x_T(); }
+  /// Axes of T in W at the last step, columns x (the feed across the axis), y, z (the axis).
+  Eigen::Matrix3d R_WT() const;
+  /// Turn of the tool for the tip's way in the last step, in T, rad/m.
+  Vector3 turn_T() const { return map_.turn_T() / stock_.spacing(); }
 
   /// What steps change but for the stock; see base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(map_, placed_, tip_);
+    a(map_, placed_, pose_);
   }
 
  private:
@@ -58,17 +71,20 @@ class Remover {
     double unit_scale = 0.0;    ///< units × force scale
   };
 
-  template <class Map>
-  void carve(Map&& map, Totals& totals);
-  template <bool one_material, class Map>
-  void carve_layer(int z, Map& map, Totals& totals);
+  template <class Source, class Map>
+  void carve(Source& source, Map&& map, Totals& totals);
+  template <bool one_material, class Source, class Map>
+  void carve_layer(const Source& source, int z, Map& map, Totals& totals);
+  Totals place(const ToolPose& pose);
+  void move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals& buried);
 
   Stock& stock_;
   Meridian meridian_;  // in voxels
   Swath swath_;
+  PoseSwath pose_swath_;
   ShadowMap map_;
   bool placed_ = false;
-  Vector3 tip_ = Vector3::Zero();  // where the last step ended, voxels
+  ToolPose pose_;  // where the last step ended, voxels
 };
 
 }  // namespace osteomill::workpiece

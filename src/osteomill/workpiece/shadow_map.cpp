@@ -20,6 +20,10 @@ constexpr double kPitchTolerance = 0.02;
 constexpr float kForgotten =
     1e-6f;  // of a full cell: far below the noise of sampling, no denormals
 
+// A patch that sweeps less than this of what it would without the turn stands still: its contact
+// can't be told.
+constexpr double kLeastShare = 0.05;
+
 constexpr double kShadowTurn = 1e-3;  // of the feed, that leaves the shadows as they are
 
 bool along_an_axis(const Vector3& direction) {
@@ -88,17 +92,22 @@ void ShadowMap::clear() {
   feed_.setZero();
 }
 
-void ShadowMap::begin_step(const Vector3& feed, const Vector3& tip, double length, double unit) {
+void ShadowMap::begin_step(const Step& step) {
+  const Vector3& feed = step.feed;
+  const double length = step.length;
   const bool turned = feed_.dot(feed) < kTurnThatEmpties;
-  const double horizontal = std::hypot(feed.x(), feed.y());
-  if (horizontal > 1e-9) {
-    x_T_ = Vector3(feed.x() / horizontal, feed.y() / horizontal, 0.0);
-    y_T_ = Vector3(-x_T_.y(), x_T_.x(), 0.0);
-  }
-  const double sin_pitch = -feed.z();
+  z_T_ = step.axis;
+  const double sin_pitch = -feed.dot(z_T_);
+  const Vector3 across = feed + sin_pitch * z_T_;
+  const double horizontal = across.norm();
+  if (horizontal > 1e-9)
+    x_T_ = across / horizontal;
+  else if (std::abs(x_T_.dot(z_T_)) > 1e-9)  // the last one, across the axis
+    x_T_ = y_T_.cross(z_T_).norm() > 0.5 ? y_T_.cross(z_T_).normalized() : z_T_.unitOrthogonal();
+  y_T_ = z_T_.cross(x_T_);
   const double cos_pitch = horizontal > 1e-9 ? horizontal : 0.0;
-  eta_ = sin_pitch * x_T_ + cos_pitch * Vector3::UnitZ();
-  feed_ = feed;
+  eta_ = sin_pitch * x_T_ + cos_pitch * z_T_;
+  turn_T_ = Vector3(step.turn.dot(x_T_), step.turn.dot(y_T_), step.turn.dot(z_T_));
   if (turned) clear();
   feed_ = feed;
   if ((feed - shadow_feed_).norm() > kShadowTurn) {
@@ -107,10 +116,10 @@ void ShadowMap::begin_step(const Vector3& feed, const Vector3& tip, double lengt
     shadow_feed_ = feed;
   }
   if (turned || !laid_out_ || std::abs(sin_pitch - sin_pitch_) > kPitchTolerance)
-    lay_out(sin_pitch, cos_pitch, tip);
+    lay_out(sin_pitch, cos_pitch, step.tip);
 
   const double keep = memory_ > 0.0 ? std::exp(-length / memory_) : 0.0;
-  gain_ = static_cast<float>(unit * (1.0 - keep) / length);
+  gain_ = static_cast<float>(step.unit * (1.0 - keep) / length);
   const float factor = static_cast<float>(keep);
   int first = rows_, last = -1;
   for (int at = first_row_; at <= last_row_; ++at) {
@@ -225,6 +234,19 @@ void ShadowMap::compute_stencil() {
   }
 }
 
+/// What a patch sweeps over what it would sweep if the tool did not turn.
+double ShadowMap::sweep_share(int slice, int angle) const {
+  const double z = (slice + 0.5) * slice_height_;
+  const double theta = (angle + 0.5) * 2.0 * std::numbers::pi / patches_.angles;
+  const double kappa = cutting::axial_position_angle(cutter_, z);
+  const double r = cutting::radius_at(cutter_, z);
+  const Vector3 n(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
+                  -std::cos(kappa));
+  const Vector3 p(r * std::sin(theta), r * std::cos(theta), z);
+  const double straight = n.x() * cos_pitch_ - n.z() * sin_pitch_;
+  return straight > 0.0 ? 1.0 + n.dot(turn_T_.cross(p)) / straight : 0.0;
+}
+
 const cutting::Engagement& ShadowMap::engagement() {
   std::size_t patch = 0;
   for (const SliceRows& used : slice_rows_) {
@@ -242,6 +264,14 @@ const cutting::Engagement& ShadowMap::engagement() {
       engagement_.weights[patch] = static_cast<double>(weight);
     }
   }
+  if (turn_T_.isZero(0.0)) return engagement_;
+  for (int slice = 0; slice < patches_.slices; ++slice)
+    for (int angle = 0; angle < patches_.angles; ++angle) {
+      double& weight = engagement_.at(slice, angle);
+      if (weight == 0.0) continue;
+      const double share = sweep_share(slice, angle);
+      weight = share > kLeastShare ? weight / share : 0.0;
+    }
   return engagement_;
 }
 

@@ -33,30 +33,47 @@ PatchGrid patches_for(const cutting::Cutter& cutter, double spacing);
 /// bins over the angle of rotation are not: there the volume per bin vanishes at the sides.
 ///
 /// All lengths here are in voxels. Cells are one voxel wide; the plane's axes are y_T, lateral, and
-/// eta = x_T sin a + z cos a, where the feed points down by the angle a; its origin moves with the
-/// tip. Each removed voxel is shared between its neighbouring cells as its shadow is (VoxelShadow);
-/// cells sit on the layers of voxels where the feed is along them. So the profile is blurred by
-/// about a voxel, also across its rim; what a fully engaged cutter would give is blurred in the
-/// same way
+/// eta = x_T sin a + z_T cos a, where the feed points by the angle a towards the tip from across
+/// the tool's axis z_T; its origin moves with the tip. Each removed voxel is shared between its
+/// neighbouring cells as its shadow is (VoxelShadow); cells sit on the layers of voxels where the
+/// feed is along them. So the profile is blurred by about a voxel, also across its rim; what a
+/// fully engaged cutter would give is blurred in the same way
 /// (`coverage`) and the engagement is the ratio of the two. Nothing is clamped: single weights may
 /// pass 1 by the sampling noise.
 ///
 /// The map forgets exponentially over `memory` of travel, by default one voxel: much shorter steps
 /// meet voxels one at a time. What it delivers is therefore late by that length; its integral over
 /// the path is not changed.
+///
+/// Where the tool turns while it moves, a patch at p moves by f + turn × p for a unit of the tip's
+/// way and sweeps that share more or less: its weight is divided by n·(f + turn × p) / n·f, so that
+/// it is the share of the patch in contact there too. Patches that the turn moves out of the bone
+/// get none.
 class ShadowMap {
  public:
   ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchGrid& patches, double memory);
 
-  /// Turns the map to this feed (unit vector) with the tip here (voxel coordinates) and lets it
-  /// forget for a step of this length. A turn by more than 20° empties it. `unit` is the volume
-  /// that the step counts in.
-  void begin_step(const Vector3& feed, const Vector3& tip, double length, double unit);
+  /// How a step goes, in voxels.
+  struct Step {
+    Vector3 feed;         ///< unit vector
+    Vector3 tip;          ///< at its start
+    Vector3 axis;         ///< of the tool, unit
+    Vector3 turn;         ///< of the tool for a unit of the tip's way, rad
+    double length = 0.0;  ///< of the tip's way
+    double unit = 0.0;    ///< the volume that the step counts in
+  };
+  /// Turns the map to the step's feed and lets it forget. A turn of the feed by more than 20°
+  /// empties it.
+  void begin_step(const Step& step);
   void clear();
 
-  /// Horizontal direction that the tool frame's x-axis has, and the lateral axis.
+  /// Direction across the tool's axis that the tool frame's x-axis has, the lateral axis, and the
+  /// tool's axis.
   const Vector3& x_T() const { return x_T_; }
   const Vector3& y_T() const { return y_T_; }
+  const Vector3& z_T() const { return z_T_; }
+  /// Of the tool for a unit of the tip's way, in the tool frame, rad per voxel.
+  const Vector3& turn_T() const { return turn_T_; }
   const Vector3& eta() const { return eta_; }
 
   /// Cell coordinates of a point relative to the tip.
@@ -80,15 +97,16 @@ class ShadowMap {
   /// See base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(columns_, rows_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_, y_T_, eta_,
-      sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_, lateral_shadow_, eta_shadow_,
-      shadow_feed_, gain_, patch_start_, entries_, slice_rows_);
+    a(columns_, rows_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_, y_T_, z_T_,
+      turn_T_, eta_, sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_, lateral_shadow_,
+      eta_shadow_, shadow_feed_, gain_, patch_start_, entries_, slice_rows_);
   }
 
  private:
   void lay_out(double sin_pitch, double cos_pitch, const Vector3& tip);
   void compute_coverage();
   void compute_stencil();
+  double sweep_share(int slice, int angle) const;
 
   cutting::Cutter cutter_;  // in voxels
   Meridian meridian_;       // in voxels
@@ -101,7 +119,8 @@ class ShadowMap {
 
   bool laid_out_ = false;
   Vector3 feed_ = Vector3::Zero(), x_T_ = Vector3::UnitX(), y_T_ = Vector3::UnitY(),
-          eta_ = Vector3::UnitZ();
+          z_T_ = Vector3::UnitZ(), eta_ = Vector3::UnitZ();
+  Vector3 turn_T_ = Vector3::Zero();
   double sin_pitch_ = 0.0, cos_pitch_ = 1.0;  // of the layout; pitch > 0 down
   double lateral_origin_ = 0.0, eta_origin_ = 0.0;
   VoxelShadow lateral_shadow_, eta_shadow_;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "osteomill/base/large_vector.hpp"
 #include "osteomill/bone/density.hpp"
 #include "osteomill/geometry/voxel_grid.hpp"
 
@@ -89,11 +90,11 @@ class Stock {
   }
 
   geometry::GridShape shape_;
-  std::vector<Row> rows_;                  ///< y runs fastest
-  std::vector<std::uint32_t> row_units_;   ///< bone left in each row
+  LargeVector<Row> rows_;                  ///< y runs fastest
+  LargeVector<std::uint32_t> row_units_;   ///< bone left in each row
   std::vector<std::int64_t> layer_units_;  ///< bone left in each z-layer
-  std::vector<Occupancy> occupancy_;
-  std::vector<std::uint16_t> material_;  ///< index into palette_
+  LargeVector<Occupancy> occupancy_;
+  LargeVector<std::uint16_t> material_;  ///< index into palette_
   std::vector<BoneMaterial> palette_;
   std::int64_t initial_units_ = 0;
 };

@@ -16,6 +16,10 @@ namespace {
 
 // Points closer than this are one point: a thousandth of a micrometre, below any machine.
 constexpr double kSamePoint = 1e-9;
+// Axes closer than this are one axis, rad: 10 nm at the far end of 100 mm.
+constexpr double kSameAxis = 1e-7;
+// A turn by more between two points has no plane that rounding leaves alone.
+const double kFlip = std::numbers::pi - 1e-3;
 
 std::string in_mm(const Vector3& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", p.x() / units::mm, p.y() / units::mm,
@@ -25,8 +29,9 @@ std::string in_mm(const Vector3& p) {
 void check(const Move& move, std::size_t index, FaultList& faults) {
   const std::string name = fmt::format("path.moves[{}]", index);
   const auto require = [&](bool holds, const char* field, const std::string& value,
-                           const char* rule) {
-    if (!holds) faults.gather([&] { throw InvalidInput(Fault{name + field, value, rule, ""}); });
+                           const char* rule, const char* remedy = "") {
+    if (!holds)
+      faults.gather([&] { throw InvalidInput(Fault{name + field, value, rule, remedy}); });
   };
   require(move.points_W.size() >= 2, ".points", std::to_string(move.points_W.size()),
           "must have at least two points");
@@ -34,9 +39,20 @@ void check(const Move& move, std::size_t index, FaultList& faults) {
     require(point.allFinite(), ".points", in_mm(point), "must be finite");
   require(move.axes_W.empty() || move.axes_W.size() == move.points_W.size(), ".axes",
           std::to_string(move.axes_W.size()), "must be one for each point, or none");
-  for (const Vector3& axis : move.axes_W)
-    require(std::abs(axis.norm() - 1.0) < 1e-6, ".axes", fmt::format("{:.6g} long", axis.norm()),
+  for (std::size_t i = 0; i < move.axes_W.size(); ++i) {
+    const Vector3& axis = move.axes_W[i];
+    const double length = axis.norm();
+    require(std::abs(length - 1.0) < 1e-6, ".axes",
+            length == 0.0 ? "0 long: no direction" : fmt::format("{:.6g} long", length),
             "must be of length 1");
+    if (i == 0 || length == 0.0) continue;
+    const double turn = angle_between(move.axes_W[i - 1], axis);
+    require(turn < kFlip, ".axes",
+            fmt::format("flips over by {:.1f} deg between points {} and {}", turn / units::deg, i,
+                        i + 1),
+            "must turn by less than 180 deg from point to point: which way round is not said",
+            "put a point between them");
+  }
   if (move.kind == MoveKind::rapid) return;
   require(std::isfinite(move.feed_rate) && move.feed_rate > 0.0, ".feed_rate_mm_per_s",
           fmt::format("{:.6g} mm/s", move.feed_rate / units::mm_per_s), "must be > 0");
@@ -53,6 +69,21 @@ ToolPath::ToolPath(std::vector<Move> moves) : moves_(std::move(moves)) {
     throw InvalidInput(Fault{"path", "no move", "must have at least one move", ""});
   for (std::size_t m = 0; m < moves_.size(); ++m) check(moves_[m], m, faults);
   faults.raise();
+  const auto axis_at = [&](std::size_t m, std::size_t i) -> Vector3 {
+    return moves_[m].axes_W.empty() ? Vector3::UnitZ() : moves_[m].axes_W[i];
+  };
+  const auto refuse_turn = [&](std::size_t m, const Vector3& from, const Vector3& to,
+                               const Vector3& at) {
+    const double turn = angle_between(from, to);
+    if (turn <= kSameAxis) return;
+    throw InvalidInput(Fault{fmt::format("path.moves[{}]", m),
+                             fmt::format("line {} turns the tool by {:.3g} deg in place at {}",
+                                         moves_[m].line, turn / units::deg, in_mm(at)),
+                             "must move the tip while the tool turns: an arc length must say what "
+                             "its axis is",
+                             "let it turn along the move before, a rapid above the bone for "
+                             "instance"});
+  };
   double arc_length = 0.0;
   for (std::size_t m = 0; m < moves_.size(); ++m) {
     const std::vector<Vector3>& points = moves_[m].points_W;
@@ -62,10 +93,14 @@ ToolPath::ToolPath(std::vector<Move> moves) : moves_(std::move(moves)) {
         throw InvalidInput(Fault{fmt::format("path.moves[{}]", m), in_mm(points.front()),
                                  "must start where the move before ends, at " + in_mm(last),
                                  "put a rapid between them"});
+      refuse_turn(m, axis_at(m - 1, moves_[m - 1].points_W.size() - 1), axis_at(m, 0), last);
     }
     for (std::size_t i = 1; i < points.size(); ++i) {
       const double step = (points[i] - points[i - 1]).norm();
-      if (step <= kSamePoint) continue;
+      if (step <= kSamePoint) {
+        refuse_turn(m, axis_at(m, i - 1), axis_at(m, i), points[i]);
+        continue;
+      }
       arc_length += step;
       segments_.push_back({points[i - 1], points[i], m, i});
       ends_.push_back(arc_length);
@@ -93,8 +128,7 @@ PathPoint ToolPath::at(double arc_length) const {
   point.direction_W = (segment.to - segment.from).normalized();
   point.move = segment.move;
   if (const std::vector<Vector3>& axes = moves_[segment.move].axes_W; !axes.empty())
-    point.axis_W =
-        ((1.0 - part) * axes[segment.point - 1] + part * axes[segment.point]).normalized();
+    point.axis_W = turned(axes[segment.point - 1], axes[segment.point], part);
   return point;
 }
 

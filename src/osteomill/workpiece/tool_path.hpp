@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "osteomill/geometry/pose.hpp"
+#include "osteomill/workpiece/tool_pose.hpp"
 
 namespace osteomill::workpiece {
 
@@ -22,7 +22,7 @@ struct Move {
   double spindle_speed = 0.0;     ///< rad/s, > 0 clockwise seen from the spindle
   int line = 0;                   ///< of the path that the move belongs to: see ToolPath
   /// Direction of the tool's axis from the tip to the spindle, a unit vector for each point,
-  /// between them in proportion; empty: +z of W all along.
+  /// turning evenly with the way between them (see turned()); empty: +z of W all along.
   std::vector<Vector3> axes_W = {};
 };
 
@@ -32,6 +32,7 @@ struct PathPoint {
   Vector3 direction_W = Vector3::Zero();  ///< unit vector along the path
   std::size_t move = 0;                   ///< index into moves()
   Vector3 axis_W = Vector3::UnitZ();      ///< from the tip to the spindle, unit
+  ToolPose pose() const { return {position_W, axis_W}; }
 };
 
 /// Moves of the tip in the work frame W, one after the other, by arc length. `line` of a move is a
@@ -39,8 +40,9 @@ struct PathPoint {
 class ToolPath {
  public:
   /// Throws InvalidInput: no move, a move of fewer than two points, points that are not finite, a
-  /// cut with no feed or no spindle speed, axes that are not one unit vector a point, a move that
-  /// does not start where the last one ended.
+  /// cut with no feed or no spindle speed, axes that are not one unit vector a point, an axis that
+  /// flips over between two points or turns in place, a move that does not start where the last one
+  /// ended.
   explicit ToolPath(std::vector<Move> moves);
 
   const std::vector<Move>& moves() const { return moves_; }
