@@ -20,7 +20,7 @@ function(osteomill_tests name)
   target_compile_definitions(osteomill_${name}_test PRIVATE
     OSTEOMILL_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   gtest_discover_tests(osteomill_${name}_test TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
-    DISCOVERY_TIMEOUT 60)
+    DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
 endfunction()
 
 function(osteomill_room name)

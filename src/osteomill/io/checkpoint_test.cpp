@@ -138,7 +138,7 @@ TEST_F(Checkpoint, OfAnotherRunOrBrokenIsRefused) {
 }
 
 TEST_F(Checkpoint, WhenTheDiskIsFullTheOneBeforeStaysWhole) {
-  const fs::path folder = fresh("full");
+  const fs::path folder = fresh("full_disk");
   const auto stop = [](std::string_view, double share) { return share < 0.3; };
   run_simulations(cases(), stop, how(keep(folder, 1e9, false)));
   const std::string before = read_text_file(folder / "run.checkpoint");
