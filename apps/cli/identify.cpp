@@ -88,6 +88,7 @@ struct Arguments : CaseArguments {
 /// Every record over its revolutions.
 struct Instantaneous {
   std::vector<std::string> names;
+  std::vector<std::string> groups;
   std::vector<std::size_t> of;  ///< index of the experiment
   std::vector<InstantaneousFit> fits;
   CombinedRecords combined;
@@ -115,6 +116,7 @@ std::optional<Instantaneous> fit_records(const io::IdentifyCase& input) {
     result.fits.push_back(fit_processed(*one.processed, input.chain, cut.cutter, cut.condition,
                                         cut.immersion, options));
     result.names.push_back(cut.name);
+    result.groups.push_back(cut.group);
     result.of.push_back(i);
     // The pulse is the same place of the spindle in every record.
     if (one.processed->rotation->absolute) {
@@ -122,7 +124,8 @@ std::optional<Instantaneous> fit_records(const io::IdentifyCase& input) {
     }
   }
   if (result.fits.empty()) return {};
-  result.combined = combine_records(result.fits, result.names, options.units, options.confidence);
+  result.combined =
+      combine_records(result.fits, result.names, options.units, options.confidence, result.groups);
   return result;
 }
 
@@ -227,9 +230,21 @@ void add_records(const Instantaneous& records, const io::IdentifyCase& input, Sh
     document["leave_one_out"].push_back(
         {{"name", one.name}, {"ratio", one.ratio}, {"influence", one.influence}});
   }
+  for (const LeftOutRecord& one : records.combined.leave_group) {
+    document["leave_one_group_out"].push_back(
+        {{"name", one.name}, {"ratio", one.ratio}, {"influence", one.influence}});
+  }
   const Rows combined = combined_rows(records, input.options.fit.confidence);
   if (shown.rows != combined) shown.tables.push_back(combined);
   shown.tables.push_back(record_rows(records));
+  if (!records.combined.leave_group.empty()) {
+    Rows rows = {{"group left out", "off the others", "influence"}};
+    for (const LeftOutRecord& one : records.combined.leave_group) {
+      rows.push_back({one.name, fmt::format("{:.2g} errors", one.ratio),
+                      fmt::format("{:.2f}", one.influence)});
+    }
+    shown.tables.push_back(rows);
+  }
   std::string text = fmt::format(
       "Instantaneous method: {} of {} records determine all coefficients of its law "
       "with run-out and phase unknown",

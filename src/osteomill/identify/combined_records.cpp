@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
@@ -15,12 +16,13 @@ using Eigen::VectorXd;
 
 CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
                                 const std::vector<std::string>& names,
-                                const std::vector<UnitForce>& units, double confidence) {
+                                const std::vector<UnitForce>& units, double confidence,
+                                const std::vector<std::string>& groups) {
   const auto p = static_cast<Index>(units.size()) + exponents_of(units);
   CombinedRecords result;
   result.units = units;
   std::vector<const InstantaneousFit*> used;
-  std::vector<std::string> used_names;
+  std::vector<std::string> used_names, used_groups;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     // A component that came out negative is not among the units of its fit.
     const bool determined = fits[i].units.size() == units.size() &&
@@ -29,6 +31,7 @@ CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
     if (determined) {
       used.push_back(&fits[i]);
       used_names.push_back(names[i]);
+      if (!groups.empty()) used_groups.push_back(groups[i]);
     } else {
       result.left_out.push_back(names[i]);
     }
@@ -71,17 +74,31 @@ CombinedRecords combine_records(const std::vector<InstantaneousFit>& fits,
   const auto inverse = [&](const MatrixXd& m) -> MatrixXd {
     return m.ldlt().solve(MatrixXd::Identity(p, p));
   };
-  for (std::size_t i = 0; i < used.size() && used.size() > 1; ++i) {
-    const MatrixXd own = weight_of(*used[i]);
-    const MatrixXd others = weight - own;
-    const VectorXd without = others.ldlt().solve(sum - own * values_of(*used[i]));
-    const VectorXd off = values_of(*used[i]) - without;
-    const VectorXd shift = mean - without;
-    result.leave_one.push_back(
-        {used_names[i],
-         std::sqrt(off.dot(inverse(inverse(own) + inverse(others)) * off) / static_cast<double>(p)),
-         shift.dot(weight * shift) / (static_cast<double>(p) * widening * widening)});
-  }
+  const auto leave_out = [&](const std::vector<std::string>& labels) {
+    std::vector<LeftOutRecord> all;
+    const std::set<std::string> different(labels.begin(), labels.end());
+    for (const std::string& label : different) {
+      if (different.size() < 2) break;
+      MatrixXd own = MatrixXd::Zero(p, p);
+      VectorXd own_sum = VectorXd::Zero(p);
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        if (labels[i] != label) continue;
+        own += weight_of(*used[i]);
+        own_sum += weight_of(*used[i]) * values_of(*used[i]);
+      }
+      const MatrixXd others = weight - own;
+      const VectorXd without = others.ldlt().solve(sum - own_sum);
+      const VectorXd off = own.ldlt().solve(own_sum) - without;
+      const VectorXd shift = mean - without;
+      all.push_back({label,
+                     std::sqrt(off.dot(inverse(inverse(own) + inverse(others)) * off) /
+                               static_cast<double>(p)),
+                     shift.dot(weight * shift) / (static_cast<double>(p) * widening * widening)});
+    }
+    return all;
+  };
+  result.leave_one = leave_out(used_names);
+  result.leave_group = leave_out(used_groups);
   result.covariance =
       widening * widening *
       (scale.asDiagonal() * weight.ldlt().solve(MatrixXd::Identity(p, p)) * scale.asDiagonal());

@@ -84,5 +84,25 @@ TEST(CombinedRecords, NameTheCutThatTheOthersDoNotExpect) {
               shift * shift * 4.0 / 2.0 / (all.birge_ratio * all.birge_ratio), 1e-6);
 }
 
+TEST(CombinedRecords, AGroupLeftOutIsTheCutThatStandsForIt) {
+  // Two cuts of one bone are together as good as one of half the variances at their mean.
+  const std::vector<InstantaneousFit> four{
+      fit_of(1.00e8, 10.0, 1e6, 1.0), fit_of(1.02e8, 10.0, 1e6, 1.0),
+      fit_of(1.06e8, 12.0, 1e6, 1.0), fit_of(1.04e8, 14.0, 1e6, 1.0)};
+  const double half = std::sqrt(0.5);
+  const std::vector<InstantaneousFit> two{fit_of(1.01e8, 10.0, half * 1e6, half),
+                                          fit_of(1.05e8, 13.0, half * 1e6, half)};
+  const auto grouped =
+      combine_records(four, {"1", "2", "3", "4"}, kUnits, 0.95, {"left", "left", "right", "right"});
+  const auto single = combine_records(two, {"left", "right"}, kUnits);
+  ASSERT_EQ(grouped.leave_group.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(grouped.leave_group[i].name, single.leave_one[i].name);
+    EXPECT_NEAR(grouped.leave_group[i].ratio, single.leave_one[i].ratio, 1e-9);
+  }
+  EXPECT_TRUE(combine_records(four, {"1", "2", "3", "4"}, kUnits, 0.95, {"a", "a", "a", "a"})
+                  .leave_group.empty());
+}
+
 }  // namespace
 }  // namespace osteomill::identify
