@@ -64,7 +64,7 @@ CrossValidation cross_validate_by_refit(const std::vector<Experiment>& experimen
     const detail::FitTask part = detail::part_of(task, without(experiments.size(), fold));
     if (part.experiments.empty()) continue;
     const detail::FitSolution solution = detail::solve(part, fit.values);
-    if (!detail::is_determined(part, solution)) continue;
+    if (!solution.converged || !detail::is_determined(part, solution)) continue;
     for (const std::size_t i : fold) {
       const Index row = 3 * static_cast<Index>(i);
       const VectorXd predicted =

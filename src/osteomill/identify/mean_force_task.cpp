@@ -14,6 +14,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// Laws that the means determine take some ten; the others wander along a valley.
+constexpr int kMostIterations = 60;
+
 bool has_bounds(const FitTask& task) {
   return (task.lower.array() > -1e300).any() || (task.upper.array() < 1e300).any();
 }
@@ -74,7 +77,8 @@ FitSolution solve_weighted(const FitTask& task, const VectorXd& start, const Vec
   problem.residual = [&](const VectorXd& x) -> VectorXd {
     return w.cwiseProduct(mean_forces(law_of(task.model, x), task.experiments) - task.measured);
   };
-  const auto summary = numerics::solve_least_squares(problem, start);
+  const auto summary =
+      numerics::solve_least_squares(problem, start, {.most_iterations = kMostIterations});
   solution.values = summary.x;
   solution.at_bound = summary.at_bound;
   solution.converged = summary.converged;
