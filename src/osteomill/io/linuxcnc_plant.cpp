@@ -129,7 +129,8 @@ void LinuxcncPlant::look(const linuxcnc::Cycle& cycle, bool answers) {
   input.revolution_line = options_.flutes == 1 ? 0.0 : force_.line(1);
   input.feed = cycle.feed * units::mm_per_s;
   input.command = place_.cut ? command_.feed : 0.0;
-  input.compute_time = asked_ ? options_.clock() - *asked_ : 0.0;
+  input.compute_time = std::max(worked_, asked_ ? options_.clock() - *asked_ : 0.0);
+  worked_ = 0.0;
   input.sample_span = static_cast<double>(arrived_.size()) / options_.sample_rate;
   input.fresh = !arrived_.empty();
   input.sensor_saturated = netft::faulty(sensor_.health().status);
@@ -216,13 +217,20 @@ void LinuxcncPlant::tell_controller() noexcept {
   seen.revolution_line = options_.flutes == 1 ? 0.0 : force_.line(1);
   seen.sample_time = seen.time - sensor_.age();
   seen.finished = place_.finished;
+  // From the oldest observation that it has not answered.
+  if (!asked_) asked_ = options_.clock();
   observations_.push(seen);
-  asked_ = options_.clock();
   sem_post(&news_);
 }
 
-void LinuxcncPlant::take_command() noexcept {
-  while (commands_.pop(command_)) asked_.reset();
+/// A controller that was late stays so, even if this thread was asleep until it had answered.
+void LinuxcncPlant::take_answers() noexcept {
+  Answer answer;
+  while (answers_.pop(answer)) {
+    command_ = answer.command;
+    if (asked_) worked_ = std::max(worked_, answer.clock - *asked_);
+    asked_.reset();
+  }
 }
 
 /// Whether there is more to look at: until the path has come to its end, or a stop to rest.
@@ -241,7 +249,7 @@ void LinuxcncPlant::watch_machine() noexcept {
   for (bool more = true; more;) {
     cycles.clear();
     const linuxcnc::Came came = machine_.receive(cycles, options_.silence);
-    take_command();
+    take_answers();
     for (const linuxcnc::Cycle& cycle : cycles) play(newest = cycle);
     if (came == linuxcnc::Came::cycles) {
       const double now = options_.clock();
@@ -300,7 +308,7 @@ control::Observation LinuxcncPlant::start() {
 }
 
 control::Observation LinuxcncPlant::advance(const control::FeedCommand& command) {
-  commands_.push(command);
+  answers_.push({command, options_.clock()});
   machine_.call();
   return wait_for_period();
 }

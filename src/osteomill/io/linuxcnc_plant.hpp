@@ -81,7 +81,7 @@ class LinuxcncPlant final : public control::Plant {
  private:
   void watch_machine() noexcept;
   bool watching() const noexcept;
-  void take_command() noexcept;
+  void take_answers() noexcept;
   void play(const linuxcnc::Cycle& cycle);
   void take_forces();
   void look(const linuxcnc::Cycle& cycle, bool answers);
@@ -108,6 +108,7 @@ class LinuxcncPlant final : public control::Plant {
   control::SupervisorState watch_;
   control::SupervisorStep verdict_;
   std::optional<double> asked_;  ///< clock when the controller got to work; none: it waits
+  double worked_ = 0.0;          ///< its longest answer since the last look, s
   double stop_by_ = 0.0;         ///< clock until which a stop is followed
   std::uint32_t cycles_ = 0;     ///< that were seen
   std::uint32_t first_ = 0;      ///< number of the first of them
@@ -129,9 +130,13 @@ class LinuxcncPlant final : public control::Plant {
   std::optional<MachineStop> stop_;
 
   // Between the threads.
+  struct Answer {
+    control::FeedCommand command;
+    double clock = 0.0;  ///< when the controller had it
+  };
   PlayedBone bone_;
   boost::lockfree::spsc_queue<control::Observation, boost::lockfree::capacity<64>> observations_;
-  boost::lockfree::spsc_queue<control::FeedCommand, boost::lockfree::capacity<64>> commands_;
+  boost::lockfree::spsc_queue<Answer, boost::lockfree::capacity<64>> answers_;
   sem_t news_{};  ///< for the controller
   std::atomic<bool> stopped_{false};
   std::atomic<bool> done_{false};   ///< the thread looks no more
