@@ -300,6 +300,67 @@ Outline forbidden(const NoGo& region, const cutting::Cutter& cutter, double tip_
   return grown(outline_of(shadows), cutter.radius + region.margin + 0.01 * units::mm);
 }
 
+namespace {
+
+constexpr double kFarAway = 1.0;  // m; a section that goes on that far leaves every opening
+constexpr int kSides = 72;        // of a leaning tool's section
+
+/// Depth of a leaning tool's section with a level plane within an opening, m, < 0 where it is
+/// outside; infinite when the tool does not meet the plane, or when it is sure to be `enough`.
+double leaning_gap(const Meridian& meridian, const ToolPose& pose, const Region& opening,
+                   double height, double enough) {
+  const auto distance = [&](const Vector3& p) {
+    const Vector3 from_tip = p - pose.tip_W;
+    const double up = pose.axis_W.dot(from_tip);
+    return meridian.distance((from_tip - up * pose.axis_W).norm(), up);
+  };
+  // The deepest point in the tool lies, by symmetry, in the upright plane of the axis. The distance
+  // to a convex body is convex along a line.
+  const Vector3 foot(pose.tip_W.x(), pose.tip_W.y(), height);
+  const Vector3 lean(pose.axis_W.x(), pose.axis_W.y(), 0.0);
+  const Vector3 along = lean.normalized();
+  double low = -kFarAway, high = kFarAway;
+  for (int k = 0; k < 80; ++k) {
+    const double third = (high - low) / 3.0;
+    const bool below = distance(foot + (low + third) * along) <=  // flat ends: to the tip's side
+                       distance(foot + (high - third) * along);
+    (below ? high : low) = below ? high - third : low + third;
+  }
+  const Vector3 middle = foot + 0.5 * (low + high) * along;
+  const double infinite = std::numeric_limits<double>::infinity();
+  if (distance(middle) >= 0.0) return infinite;
+  const auto border = [&](const Vector3& direction) {
+    double inside = 0.0, outside = kFarAway;
+    for (int halving = 0; halving < 30; ++halving) {
+      const double half = 0.5 * (inside + outside);
+      (distance(middle + half * direction) < 0.0 ? inside : outside) = half;
+    }
+    return inside;
+  };
+  const auto depth = [&](const Vector3& p) { return -opening(Vector3(p.x(), p.y(), 0.0)); };
+  const double reach = std::max(border(along), border(-along)) + meridian.radius();
+  if (depth(middle) - reach > enough) return infinite;
+  const Vector3 across = Vector3::UnitZ().cross(along);
+  double gap = infinite;
+  for (int k = 0; k < kSides; ++k) {
+    const double angle = 2.0 * M_PI * k / kSides;
+    const Vector3 direction = std::cos(angle) * along + std::sin(angle) * across;
+    gap = std::min(gap, depth(middle + border(direction) * direction));
+  }
+  return gap;
+}
+
+/// The same for an upright tool, whose section is a disk.
+double upright_gap(const Meridian& meridian, const Vector3& tip, const Region& opening,
+                   double height) {
+  const double above = height - tip.z();
+  if (above < 0.0) return std::numeric_limits<double>::infinity();
+  return -opening(Vector3(tip.x(), tip.y(), 0.0)) -
+         std::max(0.0, meridian.section_radius(above, 0.0));
+}
+
+}  // namespace
+
 double check_access(const ToolPath& path, const cutting::Cutter& cutter,
                     const AccessWindow& window) {
   const Region opening = prism(window.outline, -1.0, 1.0);
@@ -311,11 +372,10 @@ double check_access(const ToolPath& path, const cutting::Cutter& cutter,
   const int places = std::max(1, static_cast<int>(std::ceil(path.length() / (0.1 * units::mm))));
   for (int k = 0; k <= places; ++k) {
     const PathPoint at = path.at(path.length() * k / places);
-    const double above = window.height - at.position_W.z();
-    if (above < 0.0) continue;
-    const double radius = std::max(0.0, meridian.section_radius(above, 0.0));
-    const Vector3 in_window(at.position_W.x(), at.position_W.y(), 0.0);
-    const double distance = -opening(in_window) - radius;
+    const bool upright = at.axis_W.z() > 0.0 && at.axis_W.head<2>().norm() < 1e-9;
+    const double distance = upright
+                                ? upright_gap(meridian, at.position_W, opening, window.height)
+                                : leaning_gap(meridian, at.pose(), opening, window.height, least);
     if (distance >= least) continue;
     least = distance;
     worst = at.position_W;

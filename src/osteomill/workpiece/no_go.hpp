@@ -49,13 +49,15 @@ std::vector<Approach> check_no_go(const ToolPath& path, const cutting::Cutter& c
 /// what the region has above the tip, grown by the cutter's radius and the margin.
 Outline forbidden(const NoGo& region, const cutting::Cutter& cutter, double tip_z);
 
-/// An opening through which an upright tool has to pass: at its height the tool must stay within.
+/// An opening through which the tool has to pass: at its height the tool must stay within.
 struct AccessWindow {
   Outline outline;
   double height = 0.0;  ///< z of W, m
 };
-/// The least distance from the tool to the border of the opening, m, while any of it is below;
-/// infinite when none ever is. Throws InvalidInput when the tool does not fit through on its path.
+/// The least distance from the tool to the border of the opening, m, while any of it is in the
+/// plane of the opening; infinite when none ever is. The tool is that of nearest_approach(), at any
+/// axis: where it leans, what is asked for is the border of its section with that plane, at every
+/// five degrees. Throws InvalidInput when the tool does not fit through on its path.
 double check_access(const ToolPath& path, const cutting::Cutter& cutter,
                     const AccessWindow& window);
 

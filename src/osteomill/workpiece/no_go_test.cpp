@@ -171,5 +171,58 @@ TEST(Access, IsTheLeastGapInTheWindow) {
   EXPECT_TRUE(std::isinf(check_access(pass(), cylinder(), {circle({0, 0}, 1 * mm), -1 * mm})));
 }
 
+/// A pass along y whose axis is the same all along.
+ToolPath leaning(const Vector3& axis, double z = 0.0) {
+  const Vector3 unit = axis.normalized();
+  return ToolPath({{MoveKind::cut,
+                    {Vector3(0, -5 * mm, z), Vector3(0, 5 * mm, z)},
+                    3e-3,
+                    628.0,
+                    1,
+                    {unit, unit}}});
+}
+
+TEST(Access, OfALeaningToolIsThatOfItsSectionWithTheWindow) {
+  const double lean = 0.4, height = 10 * mm, radius = 3 * mm;
+  const ToolPath path = leaning({std::sin(lean), 0.0, std::cos(lean)});
+  // An ellipse around the place where the axis passes, long towards the lean.
+  const double middle = height * std::tan(lean), half_length = radius / std::cos(lean);
+  const auto window = [&](double low, double high, double side) {
+    return AccessWindow{rectangle({low, -side}, {high, side}), height};
+  };
+  // Sides of the section every 5° of a radius of 3 mm: 3 µm of a rounding.
+  EXPECT_NEAR(check_access(path, cylinder(), window(-40 * mm, 12 * mm, 40 * mm)),
+              12 * mm - middle - half_length, kPrecision);
+  EXPECT_NEAR(check_access(path, cylinder(), window(-2 * mm, 40 * mm, 40 * mm)),
+              middle - half_length + 2 * mm, kPrecision);
+  EXPECT_NEAR(check_access(path, cylinder(), window(-40 * mm, 40 * mm, 10 * mm)),
+              10 * mm - 5 * mm - radius, kPrecision);
+  // An upright tool would fit through this one.
+  EXPECT_NO_THROW(
+      check_access(leaning(Vector3::UnitZ()), cylinder(), window(-4 * mm, 4 * mm, 9 * mm)));
+  EXPECT_THROW(check_access(path, cylinder(), window(-4 * mm, 4 * mm, 9 * mm)), InvalidInput);
+}
+
+TEST(Access, OfATinyLeanIsThatOfTheUprightTool) {
+  const AccessWindow round{circle({0, 0}, 25 * mm), 10 * mm};
+  EXPECT_NEAR(check_access(leaning({1e-6, 0.0, 1.0}), cylinder(), round),
+              check_access(leaning(Vector3::UnitZ()), cylinder(), round), kPrecision);
+}
+
+TEST(Access, SeesTheRimThatALeaningToolDipsBelowTheWindow) {
+  // With the tip 0.5 mm above, the rim of the flat end is 3 mm sin(lean) lower.
+  const ToolPath path = leaning({std::sin(0.4), 0.0, std::cos(0.4)}, 10.5 * mm);
+  const AccessWindow wide{circle({0, 0}, 25 * mm), 10 * mm};
+  EXPECT_TRUE(std::isfinite(check_access(path, cylinder(), wide)));
+  EXPECT_TRUE(std::isinf(
+      check_access(leaning({std::sin(0.4), 0.0, std::cos(0.4)}, 12 * mm), cylinder(), wide)));
+}
+
+TEST(Access, RefusesAToolThatLiesInTheWindowAndIgnoresOneThatHangsBelow) {
+  const AccessWindow wide{circle({0, 0}, 25 * mm), 10 * mm};
+  EXPECT_THROW(check_access(leaning(Vector3::UnitX(), 9 * mm), cylinder(), wide), InvalidInput);
+  EXPECT_TRUE(std::isinf(check_access(leaning(-Vector3::UnitZ()), cylinder(), wide)));
+}
+
 }  // namespace
 }  // namespace osteomill::workpiece
