@@ -37,9 +37,9 @@ EdgeSum::EdgeSum(const CuttingLaw& law, const Vector3& fibre) : law_(law), fibre
   components_.resize(batches_.size());
 }
 
-void EdgeSum::at(const ProfilePoint& point) {
+void EdgeSum::at(const ProfilePoint& point, std::size_t load) {
   if (!rows_.empty() && rows_.back().begin == h_.size()) rows_.pop_back();
-  rows_.push_back({point, h_.size()});
+  rows_.push_back({point, h_.size(), load});
 }
 
 /// Components of all elements. Laws that know the place on the cutter only through the inclination
@@ -96,7 +96,7 @@ Vector3 EdgeSum::force(std::size_t i, double sin_kappa, double cos_kappa) const 
          across.radial[i] * n_along - along.radial[i] * (n - n_along) - lateral * t.cross(n);
 }
 
-void EdgeSum::add_to(Load& load) {
+void EdgeSum::add_to(std::span<Load> loads) {
   const std::size_t count = h_.size();
   if (count == 0) {
     rows_.clear();
@@ -116,13 +116,13 @@ void EdgeSum::add_to(Load& load) {
     }
   }
   for (std::size_t i = 0; i < batches_.size(); ++i) evaluate(batches_[i], components_[i]);
-  Vector3 whole = Vector3::Zero();
-  Vector3 moment = Vector3::Zero();
   for (std::size_t row = 0; row < rows_.size(); ++row) {
     const std::size_t end = row + 1 < rows_.size() ? rows_[row + 1].begin : count;
     const ProfilePoint& point = rows_[row].point;
     const double sin_kappa = std::sin(point.kappa);
     const double cos_kappa = std::cos(point.kappa);
+    Vector3 whole = Vector3::Zero();
+    Vector3 moment = Vector3::Zero();
     for (std::size_t i = rows_[row].begin; i < end; ++i) {
       const Vector3 f = force(i, sin_kappa, cos_kappa);
       const auto [s, c, width, width_z] = elements_[i];
@@ -132,9 +132,9 @@ void EdgeSum::add_to(Load& load) {
       moment +=
           Vector3(y * f.z() - width_z * f.y(), width_z * f.x() - x * f.z(), x * f.y() - y * f.x());
     }
+    loads[rows_[row].load].force += whole;
+    loads[rows_[row].load].moment += moment;
   }
-  load.force += whole;
-  load.moment += moment;
   rows_.clear();
   elements_.clear();
   h_.clear();

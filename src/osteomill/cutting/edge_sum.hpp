@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "osteomill/cutting/component_batch.hpp"
@@ -14,8 +15,9 @@ class EdgeSum {
  public:
   EdgeSum(const CuttingLaw& law, const geometry::Vector3& fibre);
 
-  /// The point that the elements pushed from here on belong to.
-  void at(const ProfilePoint& point);
+  /// The point that the elements pushed from here on belong to, and which of several loads they add
+  /// to.
+  void at(const ProfilePoint& point, std::size_t load = 0);
 
   /// An element at the angle with this sine and cosine, chip thickness h, width of cut and width
   /// times height.
@@ -24,13 +26,15 @@ class EdgeSum {
     h_.push_back(h);
   }
 
-  /// Adds what was pushed to the load and forgets it.
-  void add_to(Load& load);
+  /// Adds what was pushed to the load, or to each its own, and forgets it.
+  void add_to(Load& load) { add_to(std::span<Load>(&load, 1)); }
+  void add_to(std::span<Load> loads);
 
  private:
   struct Row {
     ProfilePoint point;
     std::size_t begin = 0;  ///< of its elements
+    std::size_t load = 0;
   };
   struct Element {
     double sine, cosine, width, width_z;

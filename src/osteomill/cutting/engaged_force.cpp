@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "osteomill/base/error.hpp"
@@ -15,6 +16,12 @@ namespace {
 
 using geometry::Vector3;
 constexpr double kTurn = 2.0 * std::numbers::pi;
+
+double weight_of(const Engagement& engagement, int slice) {
+  const auto angles = static_cast<std::ptrdiff_t>(engagement.angles);
+  const auto first = engagement.weights.begin() + slice * angles;
+  return std::accumulate(first, first + angles, 0.0);
+}
 
 }  // namespace
 
@@ -43,7 +50,12 @@ EngagedForce::EngagedForce(const Cutter& cutter, const CuttingLaw& law, int angl
           strips_.back().point.radius != point.radius) {
         ++rows_;
       }
-      strips_.push_back({point, (to - from) / parts, slice, rows_ - 1});
+      strips_.push_back({point, (to - from) / parts, slice, rows_ - 1, std::sin(point.kappa),
+                         std::cos(point.kappa)});
+      for (int flute = 0; flute < cutter.flutes; ++flute) {
+        const double angle = flutes_.angle(flute) + point.lag;
+        behind_.push_back({angle, std::sin(angle), std::cos(angle)});
+      }
     }
   }
   for (int angle = 0; angle < angles; ++angle) {
@@ -119,11 +131,8 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
 double EngagedForce::edge_in_bone(const Engagement& engagement) const {
   require_grid(engagement);
   double sum = 0.0;
-  for (const Strip& strip : strips_) {
-    double weights = 0.0;
-    for (int angle = 0; angle < angles_; ++angle) weights += engagement.at(strip.slice, angle);
-    sum += weights * strip.width * strip.point.stretch;
-  }
+  for (const Strip& strip : strips_)
+    sum += weight_of(engagement, strip.slice) * strip.width * strip.point.stretch;
   return sum * flutes_.count() / angles_;
 }
 
@@ -166,31 +175,54 @@ Revolution EngagedForce::revolution(const Engagement& engagement, const Conditio
                                     int steps) const {
   require_grid(engagement);
   const Vector3 feed = feed_direction(condition);
-  Revolution result;
-  for (int step = 0; step < steps; ++step) {
+  const bool turns = !condition.turn_T.isZero(0.0);
+  // Equal flutes do the same one after the other.
+  const bool repeats = flutes_.equal() && steps % cutter_.flutes == 0;
+  const int different = repeats ? steps / cutter_.flutes : steps;
+  std::vector<Load> loads(static_cast<std::size_t>(different));
+  EdgeSum sum(law_, condition.fibre_T);
+  std::vector<std::size_t> in_bone;  // strips that meet any
+  for (std::size_t strip = 0; strip < strips_.size(); ++strip)
+    if (weight_of(engagement, strips_[strip].slice) > 0.0) in_bone.push_back(strip);
+  for (int step = 0; step < different; ++step) {
     const double angle = kTurn * step / steps;
-    Load load;
-    for (int flute = 0; flute < cutter_.flutes; ++flute) {
-      for (const Strip& here : strips_) {
-        double theta = angle - flutes_.angle(flute) - here.point.lag;
-        theta -= kTurn * std::floor(theta / kTurn);
-        const int patch = std::min(angles_ - 1, static_cast<int>(theta / kTurn * angles_));
+    const double sine_of_step = std::sin(angle), cosine_of_step = std::cos(angle);
+    int row = -1;
+    for (const std::size_t strip : in_bone) {
+      const Strip& here = strips_[strip];
+      if (here.row != row) {
+        row = here.row;
+        sum.at(here.point, static_cast<std::size_t>(step));
+      }
+      for (int flute = 0; flute < cutter_.flutes; ++flute) {
+        const Behind& behind = behind_[strip * static_cast<std::size_t>(cutter_.flutes) +
+                                       static_cast<std::size_t>(flute)];
+        const double turns_of = (angle - behind.angle) / kTurn;
+        const int patch =
+            std::min(angles_ - 1, static_cast<int>((turns_of - std::floor(turns_of)) * angles_));
         const double weight = engagement.at(here.slice, patch);
         if (!(weight > 0.0)) continue;
-        const Vector3 n = outward_normal(theta, here.point.kappa);
-        const Vector3 place(here.point.radius * std::sin(theta),
-                            here.point.radius * std::cos(theta), here.point.z);
-        const double into = std::max(0.0, n.dot(feed + condition.turn_T.cross(place)));
-        const double h = flutes_.chip(flute, here.point, condition.feed_per_tooth, into);
+        const double sine = sine_of_step * behind.cosine - cosine_of_step * behind.sine;
+        const double cosine = cosine_of_step * behind.cosine + sine_of_step * behind.sine;
+        const Vector3 n(here.sin_kappa * sine, here.sin_kappa * cosine, -here.cos_kappa);
+        double into = n.dot(feed);
+        if (turns) {
+          const Vector3 at(here.point.radius * sine, here.point.radius * cosine, here.point.z);
+          into += n.dot(condition.turn_T.cross(at));
+        }
+        const double h =
+            flutes_.chip(flute, here.point, condition.feed_per_tooth, std::max(0.0, into));
         if (!flutes_.equal() && h <= 0.0) continue;
-        const Vector3 force = weight * here.width *
-                              edge_force(law_, h, condition.fibre_T, motion(theta), n, here.point);
-        load.force += force;
-        load.moment += place.cross(force);
+        const double width = weight * here.width;
+        sum.push(sine, cosine, h, width, width * here.point.z);
       }
     }
-    result.angle.push_back(angle);
-    result.loads.push_back(load);
+  }
+  sum.add_to(loads);
+  Revolution result;
+  for (int step = 0; step < steps; ++step) {
+    result.angle.push_back(kTurn * step / steps);
+    result.loads.push_back(loads[static_cast<std::size_t>(step % different)]);
   }
   return result;
 }

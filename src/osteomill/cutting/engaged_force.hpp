@@ -45,6 +45,11 @@ class EngagedForce {
     double width = 0.0;  ///< of cut: length of meridian, m
     int slice = 0;       ///< of the map
     int row = 0;         ///< neighbours of one row have the same radius and kappa
+    double sin_kappa = 0.0, cos_kappa = 1.0;
+  };
+  /// How far an edge lies behind the angle of the spindle.
+  struct Behind {
+    double angle = 0.0, sine = 0.0, cosine = 1.0;
   };
   void require_grid(const Engagement& engagement) const;
 
@@ -55,6 +60,7 @@ class EngagedForce {
   int slices_;
   double slice_height_;
   std::vector<Strip> strips_;
+  std::vector<Behind> behind_;  ///< of each strip's flutes
   int rows_ = 0;
   std::vector<geometry::Vector3> motions_;  ///< one an angle
 };
