@@ -101,12 +101,17 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
   const double entry = controller.predictive ? entry_limit(*controller.predictive, seen)
                                              : std::numeric_limits<double>::infinity();
   ControlStep next{state, {}};
-  const Proposal proposal = propose(controller, next.state, seen, std::min(entry, limits.highest));
-  double feed = std::clamp(proposal.feed, limits.lowest, limits.highest);
+  Proposal proposal = propose(controller, next.state, seen, std::min(entry, limits.highest));
+  double highest = limits.highest;
+  if (seen.rapid) {
+    proposal = {seen.programmed_feed, seen.programmed_feed, Mode::constant, proposal.spindle_speed};
+    highest = seen.programmed_feed;
+  }
+  double feed = std::clamp(proposal.feed, std::min(limits.lowest, highest), highest);
   next.command.mode = proposal.mode;
   next.command.spindle_speed = proposal.spindle_speed;
-  next.command.saturated = proposal.wanted >= limits.highest;
-  if (entry < limits.highest && proposal.wanted >= entry) {
+  next.command.saturated = !seen.rapid && proposal.wanted >= limits.highest;
+  if (entry < highest && proposal.wanted >= entry) {
     feed = std::min(feed, entry);
     next.command.mode = Mode::predictive;
     next.command.saturated = false;

@@ -17,7 +17,8 @@ struct ConstantFeed {
   std::optional<double> feed;  ///< m/s
 };
 
-/// What stands between the law and the machine.
+/// What stands between the law and the machine. Rapids have the machine's own speed, which neither
+/// the law nor `lowest` and `highest` change; the entry into bone and `acceleration` hold for them.
 struct FeedLimits {
   double lowest = 0.0;     ///< m/s; above zero the loop cannot stall
   double highest = 12e-3;  ///< m/s

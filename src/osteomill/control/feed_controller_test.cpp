@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <new>
 #include <utility>
@@ -195,6 +196,33 @@ TEST(FeedController, ConstantFeedIsTheProgrammedOneUnlessReplaced) {
   EXPECT_EQ(step(controller, {}, force(50.0)).command.feed, 3e-3);
   controller.law = ConstantFeed{5e-3};
   EXPECT_EQ(step(controller, {}, force(50.0)).command.feed, 5e-3);
+}
+
+TEST(FeedController, ARapidHasTheMachinesSpeedUnderEveryLawButForTheEntryAndTheAcceleration) {
+  FeedController loop = published();
+  FeedController constant;
+  constant.law = ConstantFeed{5e-3};
+  for (FeedController& controller : {std::ref(loop), std::ref(constant)}) {
+    controller.limits.lowest = 1e-3;
+    controller.limits.highest = 8e-3;
+    Observation seen = force(0.0);
+    seen.programmed_feed = 40e-3;
+    seen.rapid = true;
+    ControlStep next = step(controller, {}, seen);
+    EXPECT_EQ(next.command.feed, 40e-3);
+    EXPECT_EQ(next.command.mode, Mode::constant);
+    EXPECT_FALSE(next.command.saturated);
+    // What the machine's own speed has been says nothing to the law.
+    seen.rapid = false;
+    EXPECT_LE(step(controller, next.state, seen).command.feed, 8e-3);
+    seen.rapid = true;
+    controller.predictive = PredictiveMode{};
+    seen.to_contact = 1e-3;
+    EXPECT_EQ(step(controller, {}, seen).command.feed, controller.predictive->entry_feed);
+    controller.predictive.reset();
+    controller.limits.acceleration = 0.1;  // 1 mm/s in a period
+    EXPECT_NEAR(step(controller, {}, seen).command.feed, 1e-3, 1e-15);
+  }
 }
 
 TEST(FeedController, StopsOnAnObservationThatIsNotFiniteAndRecoversItsTaps) {

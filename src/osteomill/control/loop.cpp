@@ -29,6 +29,7 @@ SupervisorInput input_of(const Observation& seen, const FeedCommand& command) no
   input.no_go_distance = seen.no_go_distance;
   input.feed = seen.feed;
   input.command = command.feed;
+  input.rapid = seen.rapid;
   return input;
 }
 

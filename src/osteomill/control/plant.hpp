@@ -14,6 +14,7 @@ struct Observation {
   double feed = 0.0;             ///< at the end of the period, m/s
   double spindle_speed = 0.0;    ///< rad/s; 0: not known
   double programmed_feed = 0.0;  ///< what the path asks for here, m/s
+  bool rapid = false;            ///< a move through air at the machine's own speed, programmed_feed
   double mean_force = 0.0;       ///< mean of the sampled magnitude over whole revolutions, N
   double peak_force = 0.0;       ///< largest sampled magnitude of the period, N
   double mean_torque = 0.0;      ///< N m

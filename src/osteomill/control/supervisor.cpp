@@ -70,8 +70,9 @@ Fault find(const SupervisorLimits& limits, const SupervisorState& before,
     return {Cause::no_go, in.no_go_distance, limits.no_go_margin};
   }
   // A thousandth, for what rounding adds to a clamped command.
-  if (!(in.command >= 0.0 && in.command <= 1.001 * limits.highest_feed)) {
-    return {Cause::command_range, in.command, limits.highest_feed};
+  const double highest = in.rapid ? limits.highest_rapid : limits.highest_feed;
+  if (!(in.command >= 0.0 && in.command <= 1.001 * highest)) {
+    return {Cause::command_range, in.command, highest};
   }
   if (!(in.compute_time <= limits.period)) {
     return {Cause::controller_overrun, in.compute_time, limits.period};

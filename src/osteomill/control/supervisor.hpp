@@ -43,6 +43,7 @@ struct SupervisorLimits {
   double temperature = 320.15;   ///< K: 47 °C, [sugita2009] and the threshold of bone
   double no_go_margin = 0.5e-3;  ///< m
   double highest_feed = 12e-3;   ///< m/s
+  double highest_rapid = 12e-3;  ///< in moves through air at the machine's own speed, m/s
   double sample_age = 15e-3;     ///< s
   int frozen_periods =
       10;  ///< in a row; 0: not looked for, as a simulated sensor without noise needs
@@ -73,7 +74,8 @@ struct SupervisorInput {
   /// How long the samples took that came since the last look, s; 0: not known. After a late look
   /// more of them come at once than the clock tells.
   double sample_span = 0.0;
-  bool fresh = true;  ///< a sample has come since the last look
+  bool rapid = false;  ///< what is commanded is the speed of a rapid
+  bool fresh = true;   ///< a sample has come since the last look
   bool sensor_saturated = false;
   bool machine_answers = true;
 };

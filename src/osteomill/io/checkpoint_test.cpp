@@ -87,6 +87,44 @@ TEST_F(Checkpoint, AStoppedRunGoesOnToTheSameBits) {
   EXPECT_EQ(bits(run_simulations(cases(), {}, how(keep(folder, 1e9, true))).front()), *whole_);
 }
 
+/// A ball that leans over as it goes, with heat from each of its patches and a vessel beside it.
+std::vector<SimulateCase> leaning_cases() {
+  write_text_file(scratch("leaning.cl"),
+                  "UNITS/MM\nMULTAX\nSPINDL/20000,RPM,CLW\nFROM/-6,3,-1,-0.28,0,0.96\n"
+                  "FEDRAT/480,MMPM\nGOTO/2,3,-1,0,0,1\nGOTO/10,3,-1.2,0.36,0.48,0.8\n"
+                  "GOTO/18,3,-1,0.6,0,0.8\nRAPID\nGOTO/18,3,6,0.6,0,0.8\n");
+  write_text_file(
+      scratch("leaning_case.toml"),
+      "[stock]\nkind = \"block\"\nlower_mm = [0, 0, -4]\nupper_mm = [12, 6, 0]\n"
+      "density_kg_per_m3 = 1800\nspacing_mm = 0.3\n[path]\nkind = \"cl\"\nfile = \"leaning.cl\"\n"
+      "rapid_mm_per_s = 30\n[cutter]\nshape = \"ball\"\ndiameter_mm = 5\nflutes = 2\n"
+      "helix_deg = 20\nrake_deg = 10\ncutting_length_mm = 8\n"
+      "[bone]\nuse = \"bovine-cortical-high-speed\"\n[heat]\nspacing_mm = 0.6\n"
+      "[[no_go]]\nname = \"vessel\"\nkind = \"ball\"\ncentre_mm = [5, 14, 3]\nradius_mm = 2\n"
+      "[controller]\nkind = \"sugita\"\npredictive = {}\n"
+      "[limits]\nmax_feed_mm_per_s = 8\nmin_feed_mm_per_s = 1\n");
+  return read_simulate_cases(read_case(scratch("leaning_case.toml"), {}));
+}
+
+TEST_F(Checkpoint, WithALeaningToolAndHeatTheRunGoesOnToTheSameBits) {
+  const SimulatedRun whole = run_simulations(leaning_cases()).front();
+  ASSERT_GT(whole.heat->hottest, 320.0);
+  const fs::path folder = fresh("leaning");
+  for (const double until : {0.35, 0.6}) {
+    const auto stop = [&](std::string_view, double share) { return share < until; };
+    const auto part = run_simulations(leaning_cases(), stop, how(keep(folder, 1e9, true)));
+    ASSERT_EQ(part.front().summary.status, simulate::Status::stopped);
+  }
+  const SimulatedRun resumed =
+      run_simulations(leaning_cases(), {}, how(keep(folder, 1e9, true))).front();
+  EXPECT_EQ(bits(resumed), bits(whole));
+  ASSERT_EQ(resumed.steps.size(), whole.steps.size());
+  for (std::size_t i = 0; i < whole.steps.size(); ++i) {
+    EXPECT_EQ(resumed.steps[i].axis_W, whole.steps[i].axis_W) << i;
+    EXPECT_EQ(resumed.steps[i].contact_length, whole.steps[i].contact_length) << i;
+  }
+}
+
 TEST_F(Checkpoint, ARunThatWasKilledGoesOnFromTheLastOneWritten) {
   const fs::path folder = fresh("killed");
   struct Killed {};

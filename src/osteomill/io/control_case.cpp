@@ -100,6 +100,7 @@ void expand(const ControlCase& one, std::vector<SimulateCase>& cases) {
   SimulateCase job = one.job;
   job.supervisor = one.supervisor;
   job.supervisor->highest_feed = job.controller.limits.highest;
+  job.supervisor->highest_rapid = job.path.rapid_feed;
   job.supervisor->period = job.controller.period;
   const auto add = [&](const SimulateCase& made) {
     cases.push_back(made);

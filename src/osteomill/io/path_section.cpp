@@ -141,8 +141,8 @@ void bind_stock_path(Section& s, PathCase& path) {
       if (path.kind == kind) return true;
     return s.when(false);  // true in a schema walk
   };
-  s.number("rapid_mm_per_s", path.rapid_feed, kMmPerS, up_to(1000.0), "feed of rapid moves",
-           Need::optional);
+  s.number("rapid_mm_per_s", path.rapid_feed, kMmPerS, up_to(1000.0),
+           "speed of rapid moves, the machine's own", Need::optional);
   s.flag("skip_air", path.skip_air, "cuts through air that the stock predicts become rapids");
   if (s.when(path.skip_air))
     s.number("air_clearance_mm", path.air_clearance, kMm, non_negative(),

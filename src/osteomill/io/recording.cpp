@@ -42,7 +42,8 @@ constexpr std::array kPeriodColumns = {"time, s",
                                        "saturated",
                                        "spindle speed, rad/s",
                                        "temperature, K",
-                                       "spindle command, rad/s"};
+                                       "spindle command, rad/s",
+                                       "rapid"};
 constexpr std::array kSampleColumns = {"number",       "force x, N",    "force y, N",
                                        "force z, N",   "torque x, N m", "torque y, N m",
                                        "torque z, N m"};
@@ -73,7 +74,8 @@ Row row_of(const RecordedPeriod& period) {
           command.saturated ? 1.0 : 0.0,
           seen.spindle_speed,
           seen.temperature,
-          command.spindle_speed};
+          command.spindle_speed,
+          seen.rapid ? 1.0 : 0.0};
 }
 
 SampleRow row_of(const netft::Sample& sample) {
@@ -111,6 +113,7 @@ RecordedPeriod period_of(const double* row) {
                     row[18]};
   seen.spindle_speed = row[16];
   seen.temperature = row[17];
+  seen.rapid = row[19] != 0.0;
   return period;
 }
 

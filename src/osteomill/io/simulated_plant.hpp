@@ -38,6 +38,7 @@ class SimulatedPlant final : public control::Plant {
     seen.feed = report.feed;
     seen.spindle_speed = report.spindle_speed;
     seen.programmed_feed = report.programmed_feed;
+    seen.rapid = report.rapid;
     seen.mean_force = report.mean_force;
     seen.peak_force = report.peak_force;
     seen.mean_torque = report.mean_torque;

@@ -71,7 +71,9 @@ Milling::Milling(Workpiece& workpiece, const Machine& machine, double force_limi
 Report Milling::plan_at(double position) const {
   Report seen;
   seen.position = position;
-  seen.programmed_feed = workpiece_.at(position).programmed_feed;
+  const Place place = workpiece_.at(position);
+  seen.programmed_feed = place.programmed_feed;
+  seen.rapid = place.rapid;
   seen.to_contact = workpiece_.to_contact(position - machine_.map_offset);
   seen.to_engagement = workpiece_.to_engagement(position - machine_.map_offset);
   return seen;

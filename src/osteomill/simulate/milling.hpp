@@ -55,6 +55,7 @@ struct Report {
   double feed = 0.0;           ///< m/s
   double spindle_speed = 0.0;  ///< rad/s
   double programmed_feed = 0.0;
+  bool rapid = false;       ///< in a move that is no cut
   double mean_force = 0.0;  ///< of the magnitude, over whole revolutions; noise and delay included
   double peak_force = 0.0;  ///< of the same period as mean_force; noise and delay included
   double mean_torque = 0.0;
@@ -98,9 +99,10 @@ struct Step {
   /// See base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(time, position, line, tip_W, command, feed, spindle_speed, mean_force_W, mean_force,
-      peak_force, mean_torque, removed_volume, material, feed_work, spindle_work, time_above_limit,
-      sum_force, samples_in_contact, first_contact, last_contact, mode, saturated, rapid);
+    a(time, position, line, tip_W, axis_W, command, feed, spindle_speed, mean_force_W, mean_force,
+      peak_force, mean_torque, removed_volume, contact_length, material, feed_work, spindle_work,
+      time_above_limit, sum_force, samples_in_contact, first_contact, last_contact, mode, saturated,
+      rapid);
   }
 };
 

@@ -16,6 +16,10 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 // A trace of occupancy is no contact: a thousandth of a voxel in a period.
 constexpr double kLeastContact = 1e-3;
 constexpr double kShank = 0.2;  // m of tool that counts when a turn brings it near a region
+// How a rapid slows down before a cut: by this much of the feed a metre of way that is left, 1/s.
+// Its time constant of 67 ms is longer than the lag of servo and control, some 25 ms.
+constexpr double kBraking = 15.0;
+
 std::vector<int> lines_of(const workpiece::ToolPath& path) {
   std::vector<int> lines;
   for (const workpiece::Move& move : path.moves()) {
@@ -77,8 +81,17 @@ Place StockWorkpiece::at(double position) const {
   place.direction_W = point.direction_W;
   place.axis_W = point.axis_W;
   place.rapid = move.kind == workpiece::MoveKind::rapid;
-  place.programmed_feed = place.rapid ? job_.rapid_feed : move.feed_rate;
+  place.programmed_feed = place.rapid ? rapid_feed(point.move, position) : move.feed_rate;
   return place;
+}
+
+double StockWorkpiece::rapid_feed(std::size_t move, double position) const {
+  const std::vector<workpiece::Move>& moves = job_.path.moves();
+  std::size_t next = move;
+  while (next < moves.size() && moves[next].kind == workpiece::MoveKind::rapid) ++next;
+  if (next == moves.size()) return job_.rapid_feed;
+  const double left = job_.path.start_of(next) - position;
+  return std::min(job_.rapid_feed, moves[next].feed_rate + kBraking * left);
 }
 
 double StockWorkpiece::to_contact(double position) const {

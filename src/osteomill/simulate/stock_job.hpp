@@ -26,7 +26,8 @@ struct StockJob {
   cutting::Cutter cutter;
   cutting::CuttingLaw law;
   workpiece::ToolPath path;
-  double rapid_feed = 12e-3;                               ///< of the moves that are not cuts, m/s
+  /// Of the moves that are not cuts, m/s; before a cut they slow down to its feed.
+  double rapid_feed = 12e-3;
   geometry::Vector3 fibre_W = geometry::Vector3::UnitX();  ///< direction of the bone's fibres, unit
   /// The same by place, where it is known; none: fibre_W everywhere.
   std::function<geometry::Vector3(const geometry::Vector3& p_W)> fibre_at = {};
@@ -89,6 +90,7 @@ class StockWorkpiece final : public Workpiece {
   }
 
  private:
+  double rapid_feed(std::size_t move, double position) const;
   void watch_no_go(const workpiece::ToolPose& pose);
   const workpiece::ContactMap::Stretch& nearest_entry(double position) const;
   cutting::Condition condition_of(const Motion& motion, const Place& place, double feed) const;

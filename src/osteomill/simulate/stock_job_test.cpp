@@ -215,6 +215,77 @@ TEST(StockWorkpiece, LinesAndRapidsComeFromThePath) {
   EXPECT_EQ(workpiece.at(workpiece.length()).line, 1);
 }
 
+TEST(StockWorkpiece, ARapidSlowsDownToTheFeedOfTheCutBehindIt) {
+  const workpiece::Move cut{workpiece::MoveKind::cut,
+                            {Vector3(-6e-3, 0.0, -1e-3), Vector3(26e-3, 0.0, -1e-3)},
+                            4e-3,
+                            kSpindle,
+                            1};
+  StockJob job{cutter(), law(),
+               workpiece::ToolPath({{workpiece::MoveKind::rapid,
+                                     {Vector3(-66e-3, 0.0, -1e-3), Vector3(-6e-3, 0.0, -1e-3)},
+                                     0.0,
+                                     kSpindle,
+                                     1},
+                                    cut})};
+  job.rapid_feed = 100e-3;
+  StockWorkpiece workpiece(block(), job);
+  Machine slow = machine();
+  slow.servo = numerics::SecondOrderLag{118.0, 0.7};
+  Milling milling(workpiece, slow, 30.0);
+  double fastest = 0.0;
+  while (milling.report().rapid) {
+    milling.advance({milling.report().programmed_feed, 0, false});
+    fastest = std::max(fastest, milling.report().feed);
+  }
+  EXPECT_GT(fastest, 0.99 * job.rapid_feed);
+  // At most the lag of servo and control, some 25 ms, too fast when the cut begins: of a feed that
+  // falls by kBraking = 15 1/s.
+  EXPECT_LT(milling.report().feed, 1.5 * cut.feed_rate);
+}
+
+/// A pass whose tool leans towards a ball beside it.
+StockJob leaning_slot(double lean) {
+  StockJob job = slot();
+  const Vector3 axis(0.0, std::sin(lean), std::cos(lean));
+  job.path = workpiece::ToolPath({{workpiece::MoveKind::cut,
+                                   {Vector3(-6e-3, 0.0, -2e-3), Vector3(26e-3, 0.0, -2e-3)},
+                                   4e-3,
+                                   kSpindle,
+                                   1,
+                                   {axis, axis}}});
+  return job;
+}
+
+TEST(StockWorkpiece, WatchesTheDistanceOfALeaningToolToANoGoRegion) {
+  const double lean = 0.35, ball_radius = 1e-3;
+  const Vector3 ball(10e-3, 14e-3, 20e-3);
+  StockJob job = leaning_slot(lean);
+  job.no_go = {workpiece::no_go_ball("vessel", ball, ball_radius, 0.0)};
+  const Vector3 axis = job.path.at(0.0).axis_W;
+  StockWorkpiece workpiece(block(), job);
+  double least = 1.0;
+  for (const Step& step : mill(workpiece, 8e-3)) EXPECT_EQ(step.axis_W, axis);
+  StockWorkpiece again(block(), job);
+  Milling milling(again, machine(), 30.0);
+  while (!milling.finished()) {
+    const Report seen = milling.advance({8e-3, 0, false});
+    // The ball is beside the shank all along.
+    const Vector3 way = ball - job.path.at(std::min(seen.position, again.length())).position_W;
+    const double truth = (way - axis.dot(way) * axis).norm() - cutter().radius - ball_radius;
+    // Never more than there is, but for the 10 µm of nearest_approach(); worked out anew when a
+    // tenth of it, or 0.1 mm, has been travelled.
+    EXPECT_LE(seen.no_go_distance, truth + 10e-6);
+    EXPECT_GE(seen.no_go_distance, truth - std::max(0.2 * truth, 0.2e-3) - 10e-6);
+    least = std::min(least, seen.no_go_distance);
+  }
+  // Upright, the tool would pass 10 mm from it.
+  const double nearest =
+      std::abs(ball.y() * std::cos(lean) - (ball.z() + 2e-3) * std::sin(lean)) - 4e-3;
+  EXPECT_NEAR(least, nearest, 0.2e-3 + 0.2 * nearest);
+  EXPECT_LT(least, 0.5 * (14e-3 - 4e-3));
+}
+
 TEST(StockWorkpiece, RefusesAPathThatNeverMeetsTheBone) {
   StockJob job = slot();
   job.path = workpiece::line({-6e-3, 0.0, 5e-3}, {26e-3, 0.0, 5e-3}, {4e-3, kSpindle});
