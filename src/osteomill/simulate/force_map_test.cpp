@@ -9,8 +9,11 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/engaged_force.hpp"
+#include "osteomill/simulate/milling.hpp"
+#include "osteomill/simulate/stock_job.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
 #include "osteomill/workpiece/remover.hpp"
+#include "osteomill/workpiece/swing.hpp"
 
 namespace osteomill::simulate {
 namespace {
@@ -253,6 +256,82 @@ TEST(ForceMap, IsWhatMillingAlongTheSwingFinds) {
   // engagement, which has 0.2 % of grain from step to step.
   EXPECT_LT(worst, 0.005);
   EXPECT_NEAR(sum_of_map, sum_of_milling, 0.005 * sum_of_milling);
+}
+
+TEST(ForceMap, IsWhatASimulatedSwingOfTheGuideFinds) {
+  // Three swings to and fro through bone that is stronger on one side and has a step in its height;
+  // the guide is advanced by a groove after each. The spindle turns once in a control period.
+  const double spacing = 0.4 * mm, feed = 12e-3;
+  const auto bone = [&] {
+    return workpiece::Stock(
+        workpiece::cubes_over({13 * mm, -24 * mm, -4 * mm}, {44 * mm, 24 * mm, 6 * mm}, spacing),
+        [](const Vector3& p) {
+          const double top = p.y() < 4 * mm ? 5 * mm : 3 * mm;
+          const double outside =
+              std::max({p.z() - top, -3 * mm - p.z(), std::abs(p.y()) - 23 * mm, 14 * mm - p.x()});
+          // In steps of 1 %, since materials are counted.
+          const double scale = 0.01 * std::round(100.0 * (1.0 + 0.02 * p.y() / mm));
+          return workpiece::BoneSample{outside, {1900.0, scale}};
+        });
+  };
+  ForceMapOptions o = guide(log_law());
+  o.poses.pivot_W = Vector3::Zero();
+  o.poses.first_angle = -28 * units::deg;
+  o.poses.last_angle = 28 * units::deg;
+  o.poses.angle_step = 1 * units::deg;
+  o.largest_feed = feed;
+  workpiece::Swing swing;
+  swing.pivot_W = {0.0, 0.0, o.cutter.radius};
+  swing.first_angle = o.poses.first_angle;
+  swing.last_angle = o.poses.last_angle;
+  swing.first_insertion = 20 * mm;
+  swing.last_insertion = 40 * mm;
+  swing.advance = o.axial_depth;
+  swing.there_and_back = false;
+  StockWorkpiece workpiece(
+      bone(), {o.cutter, o.law, workpiece::swing_and_advance(swing, {feed, o.spindle_speed})});
+  Machine machine;
+  machine.spindle_speed = o.spindle_speed;
+  machine.start_feed = feed;
+  Milling milling(workpiece, machine, 30.0);
+  while (!milling.finished()) milling.advance({feed, 0, false});
+
+  // The second swing goes back, down-milling; the third forth, up-milling.
+  for (const int line : {1, 2}) {
+    o.milling = line == 1 ? workpiece::Milling::down : workpiece::Milling::up;
+    const double insertion = swing.first_insertion + line * swing.advance;
+    o.poses.first_insertion = o.poses.last_insertion = insertion;
+    const ForceMap map(bone(), o);
+    const PoseForces expected = map.at(feed);
+    double square = 0.0, size = 0.0, length = 0.0;
+    Eigen::Vector2d difference = Eigen::Vector2d::Zero();  // normal, push
+    int compared = 0;
+    for (const Step& step : milling.steps()) {
+      const Vector3 from_pivot = step.tip_W - swing.pivot_W;
+      const double angle = std::atan2(from_pivot.y(), from_pivot.x());
+      if (step.line != line || std::abs(from_pivot.norm() - insertion) > 1e-5) continue;
+      // More than a radius of the cutter inside the border of the cut.
+      if (std::abs(angle) > 18 * units::deg) continue;
+      const double place = (angle - o.poses.first_angle) / o.poses.angle_step;
+      const auto i = static_cast<std::size_t>(place);
+      const double part = place - static_cast<double>(i);
+      const Eigen::Vector2d low(expected.normal[i], expected.feed[i]);
+      const Eigen::Vector2d high(expected.normal[i + 1], expected.feed[i + 1]);
+      const Eigen::Vector2d mapped = (1.0 - part) * low + part * high;
+      const Vector3 along =
+          (line == 1 ? -1.0 : 1.0) * Vector3::UnitZ().cross(from_pivot) / insertion;
+      const Eigen::Vector2d found(step.mean_force_W.z(), -step.mean_force_W.dot(along));
+      difference += found - mapped;
+      square += (found - mapped).squaredNorm();
+      size += mapped.squaredNorm();
+      length += mapped.norm();
+      ++compared;
+    }
+    ASSERT_GT(compared, 100);
+    // 7.5 voxels a radius, in a swing oblique to the grid; half of it with half the voxels.
+    EXPECT_LT(std::sqrt(square / size), 0.04);
+    EXPECT_LT(difference.norm(), 0.03 * length);
+  }
 }
 
 TEST(ForceMap, RefusesWhatIsNoMapWithAllFaultsAtOnce) {
