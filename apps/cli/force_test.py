@@ -49,6 +49,10 @@ def document(*arguments):
 with tempfile.TemporaryDirectory() as folder:
     case = pathlib.Path(folder, "case.toml")
     case.write_text(CASE)
+    # A result that nobody gets is a failure of the world, small as it may be.
+    with open("/dev/full", "w") as full:
+        lost = subprocess.run([PROGRAM, "force", str(case), "--format", "json"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert lost.returncode == 5 and "standard output" in lost.stderr, lost
 
     cut = document("force", case)
     # Plaskos 2006, table 3.5, last column of tool C, to 1 %.

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <sstream>
+#include <system_error>
 
 #include "command.hpp"
 #include "osteomill/base/error.hpp"
@@ -30,6 +33,7 @@ int main(int argc, char** argv) {
   for (const cli::Command& command : cli::commands()) command.add(program);
   try {
     program.parse(argc, argv);
+    if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category());
     return done;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
@@ -50,6 +54,14 @@ int main(int argc, char** argv) {
   } catch (const cli::Interrupted&) {
     complain("stopped by Ctrl-C; what was done is kept");
     return other;
+  } catch (const std::system_error& error) {
+    // What prints the result throws it when there is no room.
+    if (std::ferror(stdout) == 0) {
+      complain(error.what());
+      return other;
+    }
+    complain(std::string("standard output: cannot be written: ") + error.code().message());
+    return world;
   } catch (const std::exception& error) {
     complain(error.what());
     return other;

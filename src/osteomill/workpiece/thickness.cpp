@@ -28,7 +28,7 @@ double percentile(std::vector<double>& values, double share) {
 
 }  // namespace
 
-CorticalThickness cortical_thickness(const Stock& stock, double cortical_density) {
+CorticalThickness cortical_thickness(const Stock& stock, double cortical_density, double rim) {
   const Stock::Box box = stock.bone_box();
   const geometry::GridShape& shape = stock.shape();
   constexpr double step = 0.25;  // voxels
@@ -46,19 +46,23 @@ CorticalThickness cortical_thickness(const Stock& stock, double cortical_density
         const Vector3 outwards = normal_at(stock, x, y, z);
         if (!outwards.allFinite()) continue;
         surface += 1.0;
-        // The surface lies this far out of the voxel's centre.
-        double depth = 0.0;
+        // The surface lies `out` of the voxel's centre.
+        double shell = 0.0;
         const double out = share - 0.5;
-        bool cortical = true;
-        while (cortical) {
-          const Vector3 at = Vector3(x, y, z) + outwards * (out - depth - step);
-          const int i = static_cast<int>(std::lround(at.x()));
-          const int j = static_cast<int>(std::lround(at.y()));
-          const int k = static_cast<int>(std::lround(at.z()));
-          cortical = stock.material(i, j, k).density >= cortical_density;
-          if (cortical) depth += step;
+        for (double depth = step;; depth += step) {
+          const Vector3 at = Vector3(x, y, z) + outwards * (out - depth);
+          const double density = stock
+                                     .material(static_cast<int>(std::lround(at.x())),
+                                               static_cast<int>(std::lround(at.y())),
+                                               static_cast<int>(std::lround(at.z())))
+                                     .density;
+          if (density >= cortical_density) {
+            shell = depth;
+          } else if (shell > 0.0 || depth * stock.spacing() > rim || !(density > 0.0)) {
+            break;
+          }
         }
-        if (depth > 0.0) thicknesses.push_back(depth * stock.spacing());
+        if (shell > 0.0) thicknesses.push_back(shell * stock.spacing());
       }
   CorticalThickness result;
   if (thicknesses.empty()) return result;

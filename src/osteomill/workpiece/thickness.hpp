@@ -13,9 +13,11 @@ struct CorticalThickness {
 };
 
 /// From each voxel that the surface of the bone cuts, along the inward normal in steps of a quarter
-/// of a voxel, until the density falls below `cortical_density` (kg/m³) or the bone ends. The faces
-/// of the region, where the bone was cut off and has no shell, are left out. Steps make it
-/// uncertain by about half a voxel.
-CorticalThickness cortical_thickness(const Stock& stock, double cortical_density = 1000.0);
+/// of a voxel, until the density falls below `cortical_density` (kg/m³) or the bone ends. In a CT
+/// the scanner blurs the shell's edge: within `rim` of the surface, m, the density may still be on
+/// its way up. The faces of the region, where the bone was cut off and has no shell, are left out.
+/// Steps make it uncertain by about half a voxel; blur widens shells that are thinner than it.
+CorticalThickness cortical_thickness(const Stock& stock, double cortical_density = 1000.0,
+                                     double rim = 1.5e-3);
 
 }  // namespace osteomill::workpiece
