@@ -128,12 +128,6 @@ void run(const CaseArguments& arguments, const KeepArguments& keep) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
   const nlohmann::ordered_json document = io::document_of(runs, wall_time);
-  std::set<std::string> said;  // runs of one bone have the same warnings
-  for (const io::SimulatedRun& done : runs) {
-    for (const std::string& warning : done.warnings) {
-      if (said.insert(warning).second) warn(warning);
-    }
-  }
   print_runs(arguments.format, runs, document);
   if (!arguments.directory.empty()) {
     write_directory(arguments.directory, arguments.case_file.stem().string(), runs, document,
@@ -150,6 +144,12 @@ void run(const CaseArguments& arguments, const KeepArguments& keep) {
 
 void print_runs(Format format, const std::vector<io::SimulatedRun>& runs,
                 const nlohmann::ordered_json& document, const std::vector<std::string>& more) {
+  std::set<std::string> said;  // runs of one bone have the same warnings
+  for (const io::SimulatedRun& done : runs) {
+    for (const std::string& warning : done.warnings) {
+      if (said.insert(warning).second) warn(warning);
+    }
+  }
   switch (format) {
     case Format::json:
       print_json(document);

@@ -85,6 +85,72 @@ TEST(LinuxcncMachine, MillsThreeLinesInTheTimeOfTheSimulation) {
   EXPECT_EQ(run.machine->sensor.lost, 0U);
 }
 
+// Two things that three axes cannot do: a robot's joints, and a tool that leans over.
+TEST(LinuxcncMachine, MillsWithALeaningToolOnTheRobotWithSevenAxes) {
+  const std::filesystem::path folder =
+      testing::TempDir() + "osteomill_leaning_" + std::to_string(getpid());
+  std::filesystem::create_directories(folder);
+  write_text_file(folder / "pass.cl", R"(PARTNO LEANS FROM -10 TO 20 DEGREES
+UNITS/MM
+MULTAX
+SPINDL/20000,RPM,CLW
+RAPID
+GOTO/-6,0,-0.5,-0.173648178,0,0.984807753
+FEDRAT/300,MMPM
+GOTO/2,0,-1,0.087155743,0,0.996194698
+GOTO/10,0,-0.5,0.342020143,0,0.939692621
+FINI
+)");
+  write_text_file(folder / "case.toml", R"(
+[stock]
+kind = "block"
+lower_mm = [-2, -4, -4]
+upper_mm = [6, 4, 0]
+spacing_mm = 0.25
+density_kg_per_m3 = 1900
+[path]
+kind = "cl"
+file = "pass.cl"
+[cutter]
+shape = "ball"
+diameter_mm = 6
+flutes = 2
+helix_deg = 30
+rake_deg = 10
+cutting_length_mm = 8
+[bone]
+use = "bovine-cortical-high-speed"
+[controller]
+kind = "constant"
+[limits]
+max_feed_mm_per_s = 5
+[robot]
+model = "seven-axis"
+c5_mm = 0
+g9_mm = [0, 0, 0]
+[robot.work]
+position_mm = [-2, 300, 0]
+)");
+  const auto cases = read_control_cases(read_case(folder / "case.toml", {}));
+  const SimulatedRun offline = run_simulations(cases).front();
+  const SimulatedRun online = run_online(cases).front();
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(online.summary.status, simulate::Status::finished);
+  std::printf(
+      "leaning tool: %.2f s on LinuxCNC, %.2f s simulated; off the path by %.1f um, %.4f "
+      "deg\n",
+      online.summary.cutting_time, offline.summary.cutting_time,
+      online.machine->off_path / units::um, online.machine->off_axis / units::deg);
+  // The requirement: 5 %.
+  EXPECT_NEAR(online.summary.cutting_time, offline.summary.cutting_time,
+              0.05 * offline.summary.cutting_time);
+  EXPECT_NEAR(online.summary.removed_volume, offline.summary.removed_volume,
+              1e-3 * offline.summary.removed_volume);
+  // Chords of 5 um and a blend of 5 um.
+  EXPECT_LT(online.machine->off_path, 10e-6);
+  EXPECT_LT(online.machine->off_axis, 0.05 * units::deg);
+}
+
 TEST(LinuxcncMachine, FollowsAChangeOfTheFeedWithinTwoServoPeriods) {
   const LongLines there;
   std::unique_ptr<Session> made;

@@ -26,12 +26,14 @@ namespace {
 
 using osteomill::io::linuxcnc::Cycle;
 using osteomill::io::linuxcnc::Hello;
+using osteomill::io::linuxcnc::kJoints;
 using osteomill::io::linuxcnc::Order;
 using osteomill::io::linuxcnc::State;
 
 // The FIFO of sampler(9) number 0, and the pins that osteomill.hal gives it.
 constexpr int kSamplerKey = 0x48534130;
-constexpr const char* kSamplerPins = "fffffssbbbb";
+constexpr int kSamplerPinCount = 15;
+constexpr const char* kSamplerPins = "fffffffffssbbbb";
 // From one controller to the next: looks, so that the servo thread sees the pin `armed` go down,
 // which is what sets the watchdog back.
 constexpr int kBetweenControllers = 40;
@@ -162,25 +164,24 @@ class Link {
   int client_ = -1;
 };
 
-Cycle cycle_of(const std::array<hal_stream_data, 11>& pins, unsigned number) {
+Cycle cycle_of(const std::array<hal_stream_data, kSamplerPinCount>& pins, unsigned number) {
   Cycle cycle;
   cycle.number = number;
-  cycle.x = pins[0].f;
-  cycle.y = pins[1].f;
-  cycle.z = pins[2].f;
-  cycle.feed = pins[3].f;
-  cycle.adaptive_feed = pins[4].f;
-  cycle.motion_type = pins[5].s;
-  cycle.order = pins[6].s;
-  cycle.feed_inhibited = pins[7].b;
-  cycle.spindle_inhibited = pins[8].b;
-  cycle.heart_beats = pins[9].b;
-  cycle.motion_enabled = pins[10].b;
+  for (std::size_t i = 0; i < kJoints; ++i) cycle.joint[i] = pins[i].f;
+  const hal_stream_data* pin = &pins[kJoints];
+  cycle.feed = pin[0].f;
+  cycle.adaptive_feed = pin[1].f;
+  cycle.motion_type = pin[2].s;
+  cycle.order = pin[3].s;
+  cycle.feed_inhibited = pin[4].b;
+  cycle.spindle_inhibited = pin[5].b;
+  cycle.heart_beats = pin[6].b;
+  cycle.motion_enabled = pin[7].b;
   return cycle;
 }
 
 void serve(const Pins& pins, hal_stream_t& cycles, Link& link) {
-  std::array<hal_stream_data, 11> data{};
+  std::array<hal_stream_data, kSamplerPinCount> data{};
   int alone = 0;  // looks without a controller and disarmed
   bool beat = false;
   while (stop_asked == 0) {

@@ -81,7 +81,7 @@ inline bool starved(const std::optional<MachineStop>& stop) {
          stop->event.cause == Cause::sensor_stale || stop->event.cause == Cause::tool_breakage;
 }
 
-inline constexpr int kTries = 5;  ///< on a busy computer
+inline constexpr int kTries = 8;  ///< on a busy computer
 
 /// What a shell command prints, without the end of the line.
 inline std::string output_of(const std::string& command) {

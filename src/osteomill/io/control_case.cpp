@@ -10,6 +10,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/case_file.hpp"
+#include "osteomill/io/robot_chain_case.hpp"
 #include "osteomill/io/section.hpp"
 #include "osteomill/io/simulate_result.hpp"
 #include "osteomill/simulate/variants.hpp"
@@ -90,6 +91,7 @@ void bind_sensor(Section& section, netft::ClientOptions& sensor) {
 
 void bind_control(Section& section, ControlCase& to) {
   bind_simulate(section, to.job);
+  bind_carrying_robot(section, to.job.robot);
   bind_sensor(section, to.job.sensor);
   bind_variants(section, to);
   bind_supervisor(section, to.supervisor);
@@ -173,6 +175,8 @@ Json machine_of(const SimulatedRun& run) {
           {"feed_delay_cycles_p50", quantile(machine.feed_delays, 0.5)},
           {"feed_delay_cycles_p99", quantile(machine.feed_delays, 0.99)},
           {"feed_delay_cycles_max", quantile(machine.feed_delays, 1.0)},
+          {"off_path_um_max", machine.off_path / units::um},
+          {"off_axis_deg_max", machine.off_axis / units::deg},
           {"longest_gap_ms", machine.longest_gap / units::ms},
           {"bone_lag_cycles_max", machine.bone_lag},
           {"force_samples", machine.sensor.received},

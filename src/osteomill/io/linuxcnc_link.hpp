@@ -9,7 +9,8 @@
 /// are.
 namespace osteomill::io::linuxcnc {
 
-inline constexpr std::uint32_t kMagic = 0x4f4d3031;  // "OM01"
+inline constexpr std::uint32_t kMagic = 0x4f4d3032;  // "OM02"
+inline constexpr int kJoints = 7;
 
 struct Hello {
   std::uint32_t magic = kMagic;
@@ -25,11 +26,9 @@ struct Cycle {
   std::uint8_t spindle_inhibited = 0;
   std::uint8_t heart_beats = 0;     ///< ok-out of the watchdog
   std::uint8_t motion_enabled = 0;  ///< the machine is on
-  double x = 0.0;                   ///< joint positions, mm
-  double y = 0.0;
-  double z = 0.0;
-  double feed = 0.0;           ///< motion.current-vel, mm/s
-  double adaptive_feed = 0.0;  ///< share of the programmed feed that was asked for
+  double joint[kJoints] = {};       ///< positions, mm or degrees; of three axes x, y, z
+  double feed = 0.0;                ///< motion.current-vel, mm/s
+  double adaptive_feed = 0.0;       ///< share of the programmed feed that was asked for
 };
 
 /// What the pins show of the controller.

@@ -55,6 +55,7 @@ LinuxcncPlant::LinuxcncPlant(linuxcnc::Machine& machine, simulate::Milling& mill
   // The limits count control periods in a row; here every servo cycle is looked at. A sensor that
   // repeats itself in ten cycles running is frozen all the same.
   options_.supervisor.breakage_periods *= cycles_per_period_;
+  if (options_.robot) joints_ = Eigen::VectorXd::Zero(options_.robot->chain.size());
   arrived_.reserve(kMostArrived);
   sem_init(&news_, 0, 0);
 }
@@ -158,13 +159,36 @@ void LinuxcncPlant::note_stop(const linuxcnc::Cycle& cycle) noexcept {
   if (!stop.spindle && cycle.spindle_inhibited != 0) stop.spindle = cycle.number;
 }
 
+geometry::Pose LinuxcncPlant::tool_of(const linuxcnc::Cycle& cycle) {
+  if (!options_.robot) {
+    geometry::Pose X_WT = geometry::Pose::Identity();
+    X_WT.translation() = Eigen::Map<const geometry::Vector3>(cycle.joint) * units::mm;
+    return X_WT;
+  }
+  for (Eigen::Index i = 0; i < joints_.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    joints_[i] =
+        cycle.joint[at] * (options_.robot->chain.joints[at].prismatic ? units::mm : units::deg);
+  }
+  return options_.robot->tool_in_work(joints_);
+}
+
 void LinuxcncPlant::play(const linuxcnc::Cycle& cycle) {
-  const PathFollower::Place place =
-      follower_.update(geometry::Vector3(cycle.x, cycle.y, cycle.z) * units::mm);
+  const geometry::Pose X_WT = tool_of(cycle);
+  const PathFollower::Place place = follower_.update(X_WT.translation());
   if (cycles_++ == 0) {
     first_ = cycle.number;
+    newest_ = cycle.number - 1;
     place_ = place;
   }
+  if (place.cut) {
+    off_path_ = std::max(off_path_, place.off);
+    off_axis_ = std::max(off_axis_, workpiece::angle_between(X_WT.linear().col(2), place.axis_W));
+  }
+  // What LinuxCNC calls its velocity is that of a robot's slides, not of the tip.
+  const double elapsed = std::max(cycle.number - newest_, 1U) * options_.servo_period;
+  const double feed = options_.robot && place.cut ? (place.position - place_.position) / elapsed
+                                                  : cycle.feed * units::mm_per_s;
   newest_ = cycle.number;
   take_forces();
   PlayedCycle piece;
@@ -172,7 +196,7 @@ void LinuxcncPlant::play(const linuxcnc::Cycle& cycle) {
   piece.from = place_.position;
   piece.to = place.position;
   piece.feed_from = feed_;
-  feed_ = cycle.feed * units::mm_per_s;
+  feed_ = feed;
   piece.feed_to = feed_;
   // The controller's first observation, without which nothing moves along the path: when there is a
   // force.
@@ -330,6 +354,8 @@ MachineSummary LinuxcncPlant::summary() const {
     done.stop = stop_;
     done.sensor = sensor_.health();
     done.longest_gap = longest_gap_;
+    done.off_path = off_path_;
+    done.off_axis = off_axis_;
   }
   return done;
 }

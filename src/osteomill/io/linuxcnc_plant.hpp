@@ -15,6 +15,7 @@
 
 #include "osteomill/control/plant.hpp"
 #include "osteomill/control/supervisor.hpp"
+#include "osteomill/io/joint_program.hpp"
 #include "osteomill/io/linuxcnc_machine.hpp"
 #include "osteomill/io/machine_path.hpp"
 #include "osteomill/io/machine_summary.hpp"
@@ -37,7 +38,8 @@ struct LinuxcncOptions {
   double spindle_speed = 0.0;   ///< rad/s
   double sample_rate = 8000.0;  ///< of the force sensor, 1/s
   int flutes = 2;
-  std::function<double()> clock;  ///< s; how old a force is, how long the controller took
+  std::optional<CarryingRobot> robot;  ///< whose joints the machine reports; none: x, y, z
+  std::function<double()> clock;       ///< s; how old a force is, how long the controller took
   /// Changes what the supervisor sees: how tests bring in a fault that neither the fake sensor nor
   /// the machine can have. None: nothing is changed.
   std::function<void(control::SupervisorInput&)> disturb;
@@ -83,6 +85,7 @@ class LinuxcncPlant final : public control::Plant {
   bool watching() const noexcept;
   void take_answers() noexcept;
   void play(const linuxcnc::Cycle& cycle);
+  geometry::Pose tool_of(const linuxcnc::Cycle& cycle);
   void take_forces();
   void look(const linuxcnc::Cycle& cycle, bool answers);
   const char* missing(const linuxcnc::Cycle& cycle, bool answers) noexcept;
@@ -100,6 +103,9 @@ class LinuxcncPlant final : public control::Plant {
   // Of the thread that watches, once it runs.
   linuxcnc::Machine& machine_;
   PathFollower follower_;
+  Eigen::VectorXd joints_;
+  double off_path_ = 0.0;  ///< largest distance of the tip from its path while cutting, m
+  double off_axis_ = 0.0;  ///< and angle of the tool's axis, rad
   netft::Client& sensor_;
   LinuxcncOptions options_;
   double control_period_ = 0.0;  ///< s

@@ -74,9 +74,9 @@ class FakeMachine {
       cycle.feed = hold ? 0.0 : 12.0 * order.adaptive_feed;
       cycle.adaptive_feed = order.adaptive_feed;
       x = x + 1e-3 * cycle.feed;
-      cycle.x = start_W_.x() / units::mm + x;
-      cycle.y = start_W_.y() / units::mm;
-      cycle.z = start_W_.z() / units::mm;
+      cycle.joint[0] = start_W_.x() / units::mm + x;
+      cycle.joint[1] = start_W_.y() / units::mm;
+      cycle.joint[2] = start_W_.z() / units::mm;
       cycle.motion_type = 2;
       cycle.order = order.number;
       cycle.feed_inhibited = hold ? 1 : 0;

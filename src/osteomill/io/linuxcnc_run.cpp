@@ -20,7 +20,17 @@ constexpr double kClearance = 5e-3;  // from the wall on the way back, m
 /// F/T resolves a few hundredths of a newton.
 constexpr double kSensorNoise = 0.02;
 
+// A machine that stands so near to the path goes on with it, m. The robot blends its pieces within
+// 5 um of each slide, and its chords leave 5 um.
+constexpr double kGantryStands = 1e-6;
+constexpr double kRobotStands = 20e-6;
+
 std::vector<MachineMove> path_of(const SimulatedRun& run) {
+  if (run.path && !run.path->upright() && !run.input.robot) {
+    throw InvalidInput(Fault{"path", "a tool that leans over",
+                             "must keep the tool's axis at +z on a machine with three axes",
+                             "give the [robot] that carries the tool"});
+  }
   if (run.path) return machine_path(*run.path, kClearance);
   return machine_path(simulate::LineProfileWorkpiece(run.input.stock.profile), kClearance);
 }
@@ -39,8 +49,11 @@ LinuxcncRuns::LinuxcncRuns(LinuxcncRunOptions options) : options_(std::move(opti
 LinuxcncRuns::~LinuxcncRuns() = default;
 
 std::string machine_program(const SimulatedRun& run) {
-  return gcode_of(path_of(run), run.input.controller.limits.highest,
-                  run.input.machine.spindle_speed);
+  const double full_feed = run.input.controller.limits.highest;
+  const double spindle_speed = run.input.machine.spindle_speed;
+  if (!run.input.robot) return gcode_of(path_of(run), full_feed, spindle_speed);
+  const CarryingRobot& robot = *run.input.robot;
+  return gcode_of(robot, joint_program(robot, path_of(run), full_feed), spindle_speed);
 }
 
 MadePlant LinuxcncRuns::make(const SimulatedRun& run, simulate::Milling& milling) {
@@ -49,7 +62,8 @@ MadePlant LinuxcncRuns::make(const SimulatedRun& run, simulate::Milling& milling
   parts_ = std::make_unique<Parts>();
   std::filesystem::path socket = options_.socket;
   if (socket.empty()) {
-    parts_->process.emplace(options_.launcher, machine_program(run));
+    parts_->process.emplace(options_.launcher, machine_program(run),
+                            input.robot ? "seven_axis.ini" : "osteomill.ini");
     socket = parts_->process->socket();
   }
   netft::ClientOptions address = input.sensor;
@@ -81,9 +95,11 @@ MadePlant LinuxcncRuns::make(const SimulatedRun& run, simulate::Milling& milling
     if (recorder != nullptr) recorder->add(event);
     if (told) told(event);
   };
-  auto plant = std::make_unique<LinuxcncPlant>(*parts_->machine, milling,
-                                               PathFollower(path_of(run)), *parts_->sensor,
-                                               parts_->fake.get(), how, input.controller.period);
+  how.robot = input.robot;
+  const double tolerance = input.robot ? kRobotStands : kGantryStands;
+  auto plant = std::make_unique<LinuxcncPlant>(
+      *parts_->machine, milling, PathFollower(path_of(run), tolerance), *parts_->sensor,
+      parts_->fake.get(), how, input.controller.period);
   LinuxcncPlant* seen = plant.get();
   real_time_ = ask_for_real_time();
   return {std::move(plant), [seen](SimulatedRun& done) {

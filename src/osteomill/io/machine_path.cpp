@@ -66,13 +66,20 @@ std::vector<MachineMove> machine_path(const workpiece::ToolPath& path, double cl
                                     {above, start, 0.0, 0.0, false, false}};
   double position = 0.0;
   for (const workpiece::Move& move : path.moves()) {
+    const auto axis = [&](std::size_t point) -> Vector3 {
+      return move.axes_W.empty() ? Vector3::UnitZ() : move.axes_W[point];
+    };
     for (std::size_t i = 1; i < move.points_W.size(); ++i) {
       const double from = position;
       position += (move.points_W[i] - move.points_W[i - 1]).norm();
       if (position > from) {
-        moves.push_back({move.points_W[i - 1], move.points_W[i], from, position, true, false});
+        moves.push_back({move.points_W[i - 1], move.points_W[i], from, position, true, false,
+                         axis(i - 1), axis(i)});
       }
     }
+  }
+  for (MachineMove& move : moves) {
+    if (!move.cut) move.axis_start_W = move.axis_end_W = moves[3].axis_start_W;
   }
   return moves;
 }
@@ -94,7 +101,8 @@ std::string gcode_of(const std::vector<MachineMove>& path, double full_feed, dou
   return text + "M5\nM2\n";
 }
 
-PathFollower::PathFollower(std::vector<MachineMove> path) : path_(std::move(path)) {}
+PathFollower::PathFollower(std::vector<MachineMove> path, double tolerance)
+    : path_(std::move(path)), tolerance_(tolerance) {}
 
 PathFollower::Place PathFollower::update(const Vector3& p_W) {
   if (!begun_) {
@@ -104,7 +112,7 @@ PathFollower::Place PathFollower::update(const Vector3& p_W) {
       path_[1].start_W = path_.front().end_W;
     }
     const auto on = std::find_if(path_.begin(), path_.end(), [&](const MachineMove& move) {
-      return move.cut && distance(move, p_W) < kReached;
+      return move.cut && distance(move, p_W) < tolerance_;
     });
     if (on != path_.end()) at_ = static_cast<std::size_t>(on - path_.begin());
     begun_ = true;
@@ -122,6 +130,8 @@ PathFollower::Place PathFollower::update(const Vector3& p_W) {
   place.position = move.from + share_along(move, p_W) * (move.to - move.from);
   place.cut = move.cut;
   place.finished = at_ + 1 == path_.size() && (p_W - move.end_W).norm() < kAtTheEnd;
+  place.off = distance(move, p_W);
+  place.axis_W = workpiece::turned(move.axis_start_W, move.axis_end_W, share_along(move, p_W));
   return place;
 }
 

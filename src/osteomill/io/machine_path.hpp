@@ -20,6 +20,8 @@ struct MachineMove {
   /// From where the machine is found straight up or down to the height of its end; the move behind
   /// it starts there.
   bool lift = false;
+  geometry::Vector3 axis_start_W = geometry::Vector3::UnitZ();  ///< of the tool, to the spindle
+  geometry::Vector3 axis_end_W = geometry::Vector3::UnitZ();
 };
 
 /// What a machine does to mill the lines of a profile: each line in one move, and between two
@@ -38,12 +40,16 @@ std::string gcode_of(const std::vector<MachineMove>& path, double full_feed, dou
 /// Follows a machine along its path from the positions that it reports.
 class PathFollower {
  public:
-  explicit PathFollower(std::vector<MachineMove> path);
+  /// `tolerance`: how far from the path a machine may stand that is to go on with it, m. A chain of
+  /// turning axes is not exactly on it: see joint_program().
+  explicit PathFollower(std::vector<MachineMove> path, double tolerance = 1e-6);
 
   struct Place {
-    double position = 0.0;  ///< along the case's path, m
-    bool cut = false;       ///< within a move of that path
-    bool finished = false;  ///< the last move has come to its end
+    double position = 0.0;                                  ///< along the case's path, m
+    bool cut = false;                                       ///< within a move of that path
+    bool finished = false;                                  ///< the last move has come to its end
+    double off = 0.0;                                       ///< distance from that move, m
+    geometry::Vector3 axis_W = geometry::Vector3::UnitZ();  ///< of the tool, as planned
   };
   /// The next position, p_WT in W. The first one is where the approach begins, unless it lies on a
   /// cut: then the machine goes on with that one, as after a stop.
@@ -51,6 +57,7 @@ class PathFollower {
 
  private:
   std::vector<MachineMove> path_;
+  double tolerance_ = 0.0;
   std::size_t at_ = 0;
   bool begun_ = false;
 };

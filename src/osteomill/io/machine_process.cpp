@@ -35,13 +35,14 @@ std::filesystem::path make_folder() {
   return name;
 }
 
-pid_t start(const std::filesystem::path& launcher, const std::filesystem::path& folder) {
+pid_t start(const std::filesystem::path& launcher, const std::filesystem::path& folder,
+            const std::string& configuration) {
   const std::string name = launcher.string();
   const std::string machine = (folder / "machine").string();
   const std::string program = (folder / "program.ngc").string();
-  std::array<char*, 4> arguments = {const_cast<char*>(name.c_str()),
-                                    const_cast<char*>(machine.c_str()),
-                                    const_cast<char*>(program.c_str()), nullptr};
+  std::array<char*, 5> arguments = {
+      const_cast<char*>(name.c_str()), const_cast<char*>(machine.c_str()),
+      const_cast<char*>(program.c_str()), const_cast<char*>(configuration.c_str()), nullptr};
   pid_t process = -1;
   const int error =
       posix_spawn(&process, name.c_str(), nullptr, nullptr, arguments.data(), environ);
@@ -54,11 +55,12 @@ pid_t start(const std::filesystem::path& launcher, const std::filesystem::path& 
 
 }  // namespace
 
-MachineProcess::MachineProcess(const std::filesystem::path& launcher, const std::string& program)
+MachineProcess::MachineProcess(const std::filesystem::path& launcher, const std::string& program,
+                               const std::string& configuration)
     : folder_(make_folder()) {
   std::ofstream(folder_ / "program.ngc") << program;
   try {
-    process_ = start(launcher, folder_);
+    process_ = start(launcher, folder_, configuration);
   } catch (const WorldError&) {
     shut_down();
     throw;

@@ -12,8 +12,10 @@ namespace osteomill::io {
 /// which shuts all of it down when this object goes, or when this process is gone.
 class MachineProcess {
  public:
-  /// Waits until the program waits for a controller. WorldError when it does not come up.
-  MachineProcess(const std::filesystem::path& launcher, const std::string& program);
+  /// `configuration`: osteomill.ini (x, y, z) or seven_axis.ini. Waits until the program waits for
+  /// a controller. WorldError when it does not come up.
+  MachineProcess(const std::filesystem::path& launcher, const std::string& program,
+                 const std::string& configuration = "osteomill.ini");
   ~MachineProcess();
   MachineProcess(const MachineProcess&) = delete;
   MachineProcess& operator=(const MachineProcess&) = delete;

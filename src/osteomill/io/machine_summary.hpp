@@ -28,7 +28,9 @@ struct MachineSummary {
   std::optional<MachineStop> stop;
   netft::Health sensor;
   double machine_time = 0.0;  ///< from the first to the last cycle, moves between lines included, s
-  double longest_gap = 0.0;   ///< between two looks of the supervisor, s
+  double off_path = 0.0;     ///< largest distance of the tip from the planned path while cutting, m
+  double off_axis = 0.0;     ///< and angle between the tool's axis and the planned one, rad
+  double longest_gap = 0.0;  ///< between two looks of the supervisor, s
   std::uint32_t bone_lag = 0;  ///< most cycles that the played bone was behind the machine
 };
 

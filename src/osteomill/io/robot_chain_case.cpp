@@ -41,6 +41,28 @@ robot::Pose pose(Section& section) {
   return pose;
 }
 
+/// The name of a robot and its dimensions; returns the name, empty when there is none.
+std::string bind_model(Section& table, robot::SerialChain& chain, Need need) {
+  std::string model;
+  table.text("model", model, "seven-axis: the robot of Sugita 2009", need);
+  if (!table.when(!model.empty())) return model;
+  robot::SevenAxisDimensions d;
+  const auto constant = [&](const char* key, double& value) {
+    table.number(key, value, kMm, any(), "constant of eq. 2; a placeholder", Need::optional);
+  };
+  constant("c2_mm", d.c2);
+  constant("c3_mm", d.c3);
+  constant("c4_mm", d.c4);
+  constant("c5_mm", d.c5);
+  d.g9 = triple(table, "g9_mm", kMm, d.g9, "tool vector of eq. 2; a placeholder");
+  if (model == "seven-axis") {
+    chain = robot::seven_axis_robot(d);
+  } else if (!model.empty()) {
+    table.fault("model", "must be seven-axis; other robots of `robot reach` list joints");
+  }
+  return model;
+}
+
 enum class PartKind { fixation, spring, gear, tube, beam };
 
 robot::Compliance part_of(Section& section) {
@@ -154,26 +176,8 @@ void bind_robot_stiffness_keys(Section& section) {
 void bind_robot_reach(Section& section, RobotReachCase& c) {
   section.table(
       "robot", "a serial robot: a named model or its joints", Need::required, [&](Section& table) {
-        std::string model;
-        table.text("model", model, "seven-axis: the robot of Sugita 2009", Need::optional);
-        if (table.when(!model.empty())) {
-          robot::SevenAxisDimensions d;
-          table.number("c2_mm", d.c2, kMm, any(), "constant of eq. 2; a placeholder",
-                       Need::optional);
-          table.number("c3_mm", d.c3, kMm, any(), "constant of eq. 2; a placeholder",
-                       Need::optional);
-          table.number("c4_mm", d.c4, kMm, any(), "constant of eq. 2; a placeholder",
-                       Need::optional);
-          table.number("c5_mm", d.c5, kMm, any(), "constant of eq. 2; a placeholder",
-                       Need::optional);
-          d.g9 = triple(table, "g9_mm", kMm, d.g9, "tool vector of eq. 2; a placeholder");
-          if (model == "seven-axis") {
-            c.chain = robot::seven_axis_robot(d);
-            c.placeholders = true;
-          } else if (!model.empty()) {
-            table.fault("model", "must be seven-axis, or leave it out and list joints");
-          }
-        }
+        const std::string model = bind_model(table, c.chain, Need::optional);
+        c.placeholders = model == "seven-axis";
         std::vector<robot::DhRow> rows;
         table.tables("joint", "Denavit-Hartenberg rows, from the base", Need::optional,
                      [&](Section& one, std::size_t) {
@@ -218,6 +222,17 @@ void bind_robot_reach(Section& section, RobotReachCase& c) {
     table.integer("starts", c.options.starts, between(0, 1000), "further starting points",
                   Need::optional);
   });
+}
+
+void bind_carrying_robot(Section& section, std::optional<CarryingRobot>& to) {
+  section.table("robot", "that carries the tool, with --plant linuxcnc", Need::optional,
+                [&](Section& table) {
+                  CarryingRobot robot;
+                  bind_model(table, robot.chain, Need::required);
+                  table.table("work", "the work frame in the robot's base frame", Need::required,
+                              [&](Section& work) { robot.X_BW = pose(work); });
+                  to = robot;
+                });
 }
 
 void bind_robot_reach_keys(Section& section) {

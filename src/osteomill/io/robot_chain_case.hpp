@@ -8,6 +8,7 @@
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/cutting_section.hpp"
+#include "osteomill/io/joint_program.hpp"
 #include "osteomill/io/section.hpp"
 #include "osteomill/robot/compliance.hpp"
 #include "osteomill/robot/fixation.hpp"
@@ -44,6 +45,8 @@ struct RobotReachCase {
   robot::Vector3 force = robot::Vector3::Zero();  ///< for the deflection at each target, N
 };
 void bind_robot_reach(Section& section, RobotReachCase& c);
+/// [robot] of `osteomill control`: a named model, and where the work is.
+void bind_carrying_robot(Section& section, std::optional<CarryingRobot>& to);
 void bind_robot_reach_keys(Section& section);
 
 struct RobotTibiaCase {

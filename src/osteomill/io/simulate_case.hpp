@@ -12,6 +12,7 @@
 #include "osteomill/control/supervisor.hpp"
 #include "osteomill/io/cutting_section.hpp"
 #include "osteomill/io/finish.hpp"
+#include "osteomill/io/joint_program.hpp"
 #include "osteomill/io/netft_client.hpp"
 #include "osteomill/io/path_section.hpp"
 #include "osteomill/io/region_section.hpp"
@@ -52,6 +53,7 @@ struct SimulateCase {
   BoneMapCase map;
   std::optional<control::SupervisorLimits> supervisor;  ///< with `osteomill control`
   netft::ClientOptions sensor;                          ///< with `osteomill control`: a real one
+  std::optional<CarryingRobot> robot;                   ///< on LinuxCNC; none: x, y, z
   std::string variant_of;                         ///< name of the run that it varies; or empty
   double force_limit = 30.0;                      ///< N
   std::optional<simulate::BoneHeatOptions> heat;  ///< not with line-profile

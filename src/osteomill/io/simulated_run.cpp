@@ -120,6 +120,11 @@ void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const
     run.stop = supervised->stop();
   }
   if (kept) kept->save();
+  if (input.robot && !how.make) {
+    run.warnings.push_back(input.name +
+                           ": [robot] moves the tool with --plant linuxcnc; here the tool is where "
+                           "its path has it");
+  }
   run.steps = milling.steps();
   if (made.finish) made.finish(run);
   run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(run.loop.end));
