@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How often the intervals of a study's report hold the truth, in simulated studies: the tables of
 // docs/theory/study.md.
-//   ./run coverage normal|forecasts|sd|sd-held-out|shapes|shapes-held-out [STUDIES [SEED]]
+//   ./run coverage
+//   normal|normal-held-out|components|forecasts|sd|sd-held-out|shapes|shapes-held-out
+//       [STUDIES [SEED]]
 #include <fmt/format.h>
 #include <oneapi/tbb/combinable.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -9,6 +11,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "osteomill/study/component_intervals.hpp"
 #include "osteomill/study/forecast.hpp"
 #include "osteomill/study/simulated_study.hpp"
 
@@ -36,6 +39,7 @@ CoverageCounts repeat(const SimulatedStudy& study, int repetitions, std::uint64_
   Design design;
   design.responses = {study.response};
   design.bootstrap_draws = 499;
+  design.component_draws = 39;  // the level does not depend on it
   oneapi::tbb::combinable<CoverageCounts> parts;
   oneapi::tbb::parallel_for(0, repetitions, [&](int r) {
     Random random(seed, static_cast<std::uint64_t>(r) + 2);
@@ -83,6 +87,32 @@ SimulatedStudy base() {
   return s;
 }
 
+/// The model that the report fits to such a study.
+MixedModelData mixed_model_data(const SimulatedStudy& s, Random& random) {
+  const DrawnStudy drawn = draw_study(s, random);
+  MixedModelData data;
+  const int rows = s.rows();
+  data.y.resize(rows);
+  data.x = Eigen::MatrixXd::Zero(rows, s.groups * s.techniques);
+  Factor who{"operator", {}, {}}, crossed{"operator × technique", {}, {}};
+  int row = 0;
+  for (int o = 0; o < s.operators; ++o) {
+    who.levels.push_back(fmt::format("{}", o));
+    for (int t = 0; t < s.techniques; ++t) {
+      const int cell = o * s.techniques + t;
+      crossed.levels.push_back(fmt::format("{}", cell));
+      for (int i = 0; i < s.cuts[static_cast<size_t>(cell) % s.cuts.size()]; ++i, ++row) {
+        data.y(row) = std::stod(drawn.table.rows[static_cast<size_t>(row)].cells[1]);
+        data.x(row, (o % s.groups) * s.techniques + t) = 1.0;
+        who.level.push_back(o);
+        crossed.level.push_back(cell);
+      }
+    }
+  }
+  data.random = {who, crossed};
+  return data;
+}
+
 /// The columns of normal errors.
 struct NamedStudy {
   std::string name;
@@ -104,10 +134,69 @@ std::vector<NamedStudy> normal_studies() {
           {"16 operators", many},    {"operators alike", alike}, {"SDs 1 and 0.5", spread}};
 }
 
-void normal(int repetitions, std::uint64_t seed) {
+/// Named before any of their results was seen: other numbers of operators, groups and techniques,
+/// components of nothing, components larger than those of the cuts.
+std::vector<NamedStudy> held_out_studies() {
+  const auto study = [](int operators, int groups, int techniques, std::vector<int> cuts,
+                        double operator_sd, double operator_technique_sd) {
+    SimulatedStudy s = base();
+    s.operators = operators;
+    s.groups = groups;
+    s.techniques = techniques;
+    s.cuts = std::move(cuts);
+    s.operator_sd = operator_sd;
+    s.operator_technique_sd = operator_technique_sd;
+    return s;
+  };
+  return {{"6 operators, 3 techniques, no interaction", study(6, 1, 3, {4, 4, 5, 3, 6}, 0.7, 0.0)},
+          {"5 operators, no components", study(5, 1, 2, {6, 2, 5, 3, 4, 7}, 0.0, 0.0)},
+          {"10 operators, 1.2 and 0.25", study(10, 2, 2, {4}, 1.2, 0.25)},
+          {"3 operators", study(3, 1, 2, {8, 6, 10, 7}, 0.6, 0.4)},
+          {"12 operators, 3 groups, 1 technique", study(12, 3, 1, {3, 6, 4, 5, 8}, 0.4, 0.0)},
+          {"2 operators", study(2, 1, 2, {10, 8, 9, 7}, 0.5, 0.3)}};
+}
+
+/// Only the components: at nothing, near it and far from it, with few and with many operators.
+void components(int repetitions, std::uint64_t seed) {
+  const std::vector<std::pair<double, double>> truths = {
+      {0.0, 0.0}, {0.0, 0.5}, {0.5, 0.0}, {0.2, 0.1}, {0.5, 0.3}, {0.8, 0.6}, {2.0, 1.0}};
+  for (const int operators : {2, 4, 6, 8, 12}) {
+    std::vector<CoverageCounts> columns;
+    std::vector<std::string> names;
+    for (const auto& [operator_sd, operator_technique_sd] : truths) {
+      SimulatedStudy s = base();
+      s.operators = operators;
+      s.groups = operators < 4 ? 1 : 2;
+      s.cuts = {5, 7, 3, 6, 8, 4, 4, 3, 6, 5};
+      s.with_movement = false;
+      s.movement_share = 0.0;
+      s.operator_sd = operator_sd;
+      s.operator_technique_sd = operator_technique_sd;
+      oneapi::tbb::combinable<CoverageCounts> parts;
+      oneapi::tbb::parallel_for(0, repetitions, [&](int r) {
+        Random random(seed, static_cast<std::uint64_t>(r));
+        const std::vector<double> sd = {operator_sd, operator_technique_sd, s.cut_sd.front()};
+        const std::vector<bool> hold = component_intervals_hold(
+            mixed_model_data(s, random), sd, {.seed = static_cast<std::uint64_t>(r), .draws = 99});
+        const char* kinds[] = {"operator", "operator × technique", "cut (residual)"};
+        for (size_t k = 0; k < sd.size(); ++k) {
+          CoverageCount& c = parts.local()[kinds[k]];
+          (hold[k] ? c.held : c.below) += 1;
+        }
+      });
+      columns.push_back(combined(parts));
+      names.push_back(fmt::format("{}, {}", operator_sd, operator_technique_sd));
+    }
+    print(fmt::format("{} operators, {} studies each; SD of operators, of operator × technique",
+                      operators, repetitions),
+          names, columns);
+  }
+}
+
+void normal(const std::vector<NamedStudy>& studies, int repetitions, std::uint64_t seed) {
   std::vector<CoverageCounts> columns;
   std::vector<std::string> names;
-  for (const NamedStudy& s : normal_studies()) {
+  for (const NamedStudy& s : studies) {
     columns.push_back(repeat(s.study, repetitions, seed));
     names.push_back(s.name);
   }
@@ -206,7 +295,11 @@ int main(int argc, char** argv) {
   const int repetitions = argc > 2 ? std::atoi(argv[2]) : 2000;
   const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 20020;
   if (repetitions > 0 && what == "normal") {
-    normal(repetitions, seed);
+    normal(normal_studies(), repetitions, seed);
+  } else if (repetitions > 0 && what == "normal-held-out") {
+    normal(held_out_studies(), repetitions, seed);
+  } else if (repetitions > 0 && what == "components") {
+    components(repetitions, seed);
   } else if (repetitions > 0 && what == "forecasts") {
     forecasts(repetitions, seed);
   } else if (repetitions > 0 && what == "sd") {
@@ -219,8 +312,8 @@ int main(int argc, char** argv) {
     shapes(ShapeRole::kHeldOut, repetitions);
   } else {
     fmt::print(stderr,
-               "./run coverage normal | forecasts [STUDIES [SEED]], sd | sd-held-out | shapes | "
-               "shapes-held-out [STUDIES]\n");
+               "./run coverage normal | normal-held-out | components | forecasts [STUDIES [SEED]], "
+               "sd | sd-held-out | shapes | shapes-held-out [STUDIES]\n");
     return 2;
   }
   return 0;

@@ -53,11 +53,13 @@ void bind_design(Section& s, DesignCase& c) {
            "SD of repeated placements");
   s.number("measurement_sd_flexion_extension_deg", c.measurement_flexion, kDegrees, non_negative(),
            "SD of repeated placements");
-  s.integer("seed", c.seed, between(0, 2147483647), "of bootstrap and forecasts", optional);
+  s.integer("seed", c.seed, between(0, 2147483647), "of everything that is drawn", optional);
   s.integer("bootstrap_draws", d.bootstrap_draws, between(199, 1000000), "draws of the bootstrap",
             optional);
   s.integer("forecast_draws", d.forecast_draws, between(199, 1000000), "draws of the forecasts",
             optional);
+  s.integer("component_draws", d.component_draws, between(19, 1000000),
+            "simulated studies for each value tried of a variance component's interval", optional);
 }
 
 void bind_plan(Section& s, study::PlanOptions& o) {

@@ -21,7 +21,9 @@ TEST(StudyDocument, HasTheKeysThatScriptsUse) {
       std::filesystem::path(OSTEOMILL_SOURCE_DIR) / "examples/study";
   const auto document = study_document(
       study::analyse_study(read_study_table(folder / "milling_and_sawing.csv"),
-                           read_study_design(folder / "milling_and_sawing.toml", {}).design));
+                           read_study_design(folder / "milling_and_sawing.toml",
+                                             {"component_draws=19", "bootstrap_draws=199"})
+                               .design));
   for (const auto& test : document["tests"]) {
     for (const char* key : {"name", "term", "statistic", "df1", "df2", "p", "corrections"}) {
       EXPECT_TRUE(test.contains(key)) << key;

@@ -37,6 +37,7 @@ struct Design {
   std::uint64_t seed = 1;
   int bootstrap_draws = 2000;
   int forecast_draws = 10000;
+  int component_draws = 199;  ///< simulated studies for each value tried of a component's interval
 };
 
 /// What the columns of the table suggest where the design says nothing: the two errors and the time
@@ -114,7 +115,7 @@ struct RegressionRecord {
   double slope = 0.0;
   double intercept = 0.0;
   Interval slope_interval;
-  /// Unset for two operators whose cuts repeat: one difference tells too little of others.
+  /// Unset for two operators whose cuts leave nothing for the slope.
   std::optional<Interval> intercept_interval;
   double r_squared = 0.0;
   std::optional<Interval> r_squared_interval;

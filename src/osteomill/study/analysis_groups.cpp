@@ -299,10 +299,9 @@ void report_regressions(const Slice& slice, StudyReport& report) {
             Interval{r.intercept - t * intercept_error, r.intercept + t * intercept_error};
         if (random) {
           r.slope = random->slope.value;
-          r.intercept = random->intercept.value;
+          r.intercept = random->intercept;
           r.slope_interval = random->slope.interval;
-          r.intercept_interval = {};
-          if (part.subject->levels.size() > 2) r.intercept_interval = random->intercept.interval;
+          r.intercept_interval = random->intercept_interval;
           r.p = random->slope.p;
         }
         if (slope_error > 0.0) {

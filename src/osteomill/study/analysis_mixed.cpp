@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
+#include "osteomill/numerics/distributions.hpp"
 #include "osteomill/study/slice.hpp"
 
 namespace osteomill::study {
@@ -102,6 +103,52 @@ bool repeats(const Slice& slice) {
          !random_factors(slice).empty();
 }
 
+/// The line's value at x = 0, of which two operators give two samples whatever the components are:
+/// half their difference on one degree of freedom. The slope within operators takes the means to
+/// x = 0; its error is common to both, and added with its own quantile.
+void set_intercept_of_two(const Slice& slice, const Covariate& covariate, double confidence,
+                          RandomLine& line) {
+  double n[2] = {}, x[2] = {}, y[2] = {};
+  for (Eigen::Index i = 0; i < slice.y.size(); ++i) {
+    const int o = slice.subject->level[static_cast<size_t>(i)];
+    n[o] += 1.0;
+    x[o] += covariate.value(i);
+    y[o] += slice.y(i);
+  }
+  std::vector<Factor> parts = slice.within;
+  parts.push_back(*slice.subject);
+  const Factor cell = combined(parts, static_cast<int>(slice.y.size()));
+  const auto about_cells = [&](const Eigen::VectorXd& of) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cell.levels.size()));
+    Eigen::VectorXd count = sum;
+    for (Eigen::Index i = 0; i < of.size(); ++i) {
+      sum(cell.level[static_cast<size_t>(i)]) += of(i);
+      count(cell.level[static_cast<size_t>(i)]) += 1.0;
+    }
+    Eigen::VectorXd rest = of;
+    for (Eigen::Index i = 0; i < of.size(); ++i) {
+      const int k = cell.level[static_cast<size_t>(i)];
+      rest(i) -= sum(k) / count(k);
+    }
+    return rest;
+  };
+  const Eigen::VectorXd rx = about_cells(covariate.value), ry = about_cells(slice.y);
+  const double df =
+      static_cast<double>(slice.y.size()) - static_cast<double>(cell.levels.size()) - 1.0;
+  const double sxx = rx.squaredNorm();
+  line.intercept_interval = {};
+  if (!(df > 0.0) || !(sxx > 0.0)) return;
+  const double slope = rx.dot(ry) / sxx;
+  const double slope_error = std::sqrt((ry - slope * rx).squaredNorm() / df / sxx);
+  const double at[2] = {(y[0] - slope * x[0]) / n[0], (y[1] - slope * x[1]) / n[1]};
+  const double from_slope = slope_error * 0.5 * (x[0] / n[0] + x[1] / n[1]);
+  const double p = 0.5 + 0.5 * confidence;
+  const double half = std::hypot(0.5 * (at[0] - at[1]) * numerics::student_t_quantile(p, 1.0),
+                                 from_slope * numerics::student_t_quantile(p, df));
+  line.intercept = 0.5 * (at[0] + at[1]);
+  line.intercept_interval = Interval{line.intercept - half, line.intercept + half};
+}
+
 }  // namespace
 
 std::optional<RandomLine> line_with_subjects(const Slice& slice, const Covariate& covariate,
@@ -112,8 +159,12 @@ std::optional<RandomLine> line_with_subjects(const Slice& slice, const Covariate
   if (rank_of(data.x) < 2) return {};
   const MixedModel fit = fit_mixed_model(data, {.intervals = false});
   if (!fit.converged) return {};
-  return RandomLine{estimate_contrast(data, fit, Eigen::RowVector2d(1.0, 0.0), confidence),
-                    estimate_contrast(data, fit, Eigen::RowVector2d(0.0, 1.0), confidence)};
+  const MixedModelEstimate intercept =
+      estimate_contrast(data, fit, Eigen::RowVector2d(1.0, 0.0), confidence);
+  RandomLine line{estimate_contrast(data, fit, Eigen::RowVector2d(0.0, 1.0), confidence),
+                  intercept.value, intercept.interval};
+  if (slice.subject->levels.size() == 2) set_intercept_of_two(slice, covariate, confidence, line);
+  return line;
 }
 
 std::vector<AdjustedMean> adjusted_means_with_subjects(const Slice& slice, double confidence) {
@@ -150,15 +201,18 @@ void report_mixed_model(const Slice& slice, StudyReport& report) {
   const FixedColumns columns = fixed_columns(slice);
   const MixedModelData data = model_data(slice, columns);
   if (data.random.empty()) return;
-  const MixedModel fit =
-      fit_mixed_model(data, {.confidence = report.design.confidence, .intervals = true});
+  const bool with_covariates = !slice.covariates.empty();
+  // With covariates only the tests are reported: the components are those of all rows.
+  const MixedModel fit = fit_mixed_model(data, {.confidence = report.design.confidence,
+                                                .intervals = !with_covariates,
+                                                .seed = report.design.seed,
+                                                .draws = report.design.component_draws});
   if (!fit.converged) {
     report.findings.push_back({fmt::format("{}: mixed model: {}", slice.response, fit.reason),
                                "its components and tests are left out",
                                {}});
     return;
   }
-  const bool with_covariates = !slice.covariates.empty();
   if (!with_covariates) {
     for (const VarianceComponent& component : fit.components) {
       ComponentRecord record{slice.response, component};

@@ -15,6 +15,15 @@ namespace {
 
 using ::testing::HasSubstr;
 
+/// As few draws as make intervals at all: none of these tests is about their ends.
+Design quick() {
+  Design design;
+  design.bootstrap_draws = 199;
+  design.forecast_draws = 199;
+  design.component_draws = 19;
+  return design;
+}
+
 /// Six operators in two groups, two techniques, four cuts of each: guide movement makes half of it.
 Table study_table(std::uint64_t seed = 3) {
   Table table{"cuts.csv",
@@ -59,7 +68,7 @@ std::string findings_text(const StudyReport& report) {
 }
 
 TEST(StudyAnalysis, FindsWhatWasPutIn) {
-  const StudyReport report = analyse_study(study_table(), {});
+  const StudyReport report = analyse_study(study_table(), quick());
   EXPECT_EQ(report.design.between, std::vector<std::string>{"group"});
   EXPECT_EQ(report.design.within, std::vector<std::string>{"technique"});
   EXPECT_LT(find(report, "repeated-measures ANOVA", "flexion_extension_deg", "technique").p, 0.01);
@@ -81,7 +90,7 @@ TEST(StudyAnalysis, FindsWhatWasPutIn) {
 }
 
 TEST(StudyAnalysis, SharesOfContributionsSumToOne) {
-  const StudyReport report = analyse_study(study_table(), {});
+  const StudyReport report = analyse_study(study_table(), quick());
   for (const char* response : {"varus_valgus_deg", "flexion_extension_deg", "time_s"}) {
     double sum = 0.0;
     for (const auto& part : report.contributions)
@@ -92,9 +101,9 @@ TEST(StudyAnalysis, SharesOfContributionsSumToOne) {
 
 TEST(StudyAnalysis, IsUnchangedByTheOrderOfRowsAndByNamesOfLevels) {
   Table table = study_table();
-  const StudyReport a = analyse_study(table, {});
+  const StudyReport a = analyse_study(table, quick());
   std::reverse(table.rows.begin(), table.rows.end());
-  const StudyReport b = analyse_study(table, {});
+  const StudyReport b = analyse_study(table, quick());
   ASSERT_EQ(a.tests.size(), b.tests.size());
   // Sums taken in another order, and the optimiser's last digits.
   for (size_t i = 0; i < a.tests.size(); ++i) {
@@ -200,7 +209,7 @@ TEST(StudyAnalysis, NamesWhatIsWrongAndComputesWhatItCan) {
     SCOPED_TRACE(row.what);
     Table spoiled = study_table();
     row.spoil(spoiled);
-    const StudyReport report = analyse_study(spoiled, {});
+    const StudyReport report = analyse_study(spoiled, quick());
     const std::string text = findings_text(report);
     for (const char* part : row.says) EXPECT_THAT(text, HasSubstr(part));
     EXPECT_TRUE(std::any_of(report.tests.begin(), report.tests.end(),
@@ -214,7 +223,7 @@ TEST(StudyAnalysis, SaysPlainlyThatResidualsAreNotNormalAndBootstraps) {
   for (size_t i = 0; i < table.rows.size(); i += 9) {
     table.rows[i].cells[column(table, "varus_valgus_deg")] = i % 2 == 0 ? "7" : "-6.5";
   }
-  const StudyReport report = analyse_study(table, {});
+  const StudyReport report = analyse_study(table, quick());
   const auto failed =
       std::find_if(report.assumptions.begin(), report.assumptions.end(), [](const auto& a) {
         return a.response == "varus_valgus_deg" && a.name == "normal residuals (Shapiro-Wilk)";
@@ -265,7 +274,7 @@ TEST(StudyAnalysis, RefusesWhatCannotBeRead) {
   for (const Refused& row : table) {
     SCOPED_TRACE(row.what);
     Table spoiled = study_table();
-    Design design;
+    Design design = quick();
     row.spoil(spoiled, design);
     try {
       analyse_study(spoiled, design);
@@ -277,7 +286,7 @@ TEST(StudyAnalysis, RefusesWhatCannotBeRead) {
 }
 
 TEST(StudyDesign, MovesAFactorThatStandsOnTheWrongSide) {
-  Design design;
+  Design design = quick();
   design.between = {"technique"};
   design.within = {"group"};
   const StudyReport report = analyse_study(study_table(), design);

@@ -69,16 +69,16 @@ struct Powers {
   double count = 0.0, cells = 0.0, second = 0.0, fourth_mean = 0.0, fourth_median = 0.0;
 };
 
-Powers powers_within(std::span<const double> values, std::span<const int> cell) {
-  std::vector<std::vector<double>> parts(1 + *std::max_element(cell.begin(), cell.end()));
-  for (size_t i = 0; i < values.size(); ++i) parts[cell[i]].push_back(values[i]);
+/// Cell after cell, of these sizes; values are sorted within their cells.
+Powers powers_within(std::span<double> values, std::span<const size_t> sizes) {
   Powers sums;
-  for (std::vector<double>& part : parts) {
-    if (part.size() < 2) continue;
+  size_t first = 0;
+  for (const size_t size : sizes) {
+    const std::span<double> part = values.subspan(first, size);
+    first += size;
     std::sort(part.begin(), part.end());
-    const size_t half = part.size() / 2;
-    const double median = part.size() % 2 == 1 ? part[half] : 0.5 * (part[half - 1] + part[half]);
-    const double k = static_cast<double>(part.size());
+    const double median = 0.5 * (part[(size - 1) / 2] + part[size / 2]);
+    const double k = static_cast<double>(size);
     const double mean = std::accumulate(part.begin(), part.end(), 0.0) / k;
     for (const double value : part) {
       const double about_mean = (value - mean) * (value - mean);
@@ -93,13 +93,20 @@ Powers powers_within(std::span<const double> values, std::span<const int> cell) 
   return sums;
 }
 
-/// Bonett's interval of ln s2 (2006), pooled over cells, with Student's quantile and the excess
-/// kurtosis freed of its small-sample bias (G2). Fourth powers are taken about the cells' medians
-/// where the excess about the means is positive: about the mean, or a trimmed one, long tails look
-/// shorter than they are; about the median, short ones look longer.
-Interval adjusted_log_variance(std::span<const double> values, std::span<const int> cell,
-                               double log_variance, double confidence) {
-  const Powers sums = powers_within(values, cell);
+/// Bonett's ln(c s2) (2006), pooled over cells, and its standard error, with the excess kurtosis
+/// freed of its small-sample bias (G2). Fourth powers are taken about the cells' medians where the
+/// excess about the means is positive: about the mean, or a trimmed one, long tails look shorter
+/// than they are; about the median, short ones look longer.
+struct AdjustedLogVariance {
+  double value = 0.0;
+  double standard_error = 0.0;
+  double widening = 1.0;  ///< c
+  double degrees_of_freedom = 0.0;
+};
+
+AdjustedLogVariance adjusted_log_variance(std::span<double> values, std::span<const size_t> sizes,
+                                          double confidence) {
+  const Powers sums = powers_within(values, sizes);
   const double n = sums.count, df = n - sums.cells;
   const auto excess = [&](double fourth) {
     const double g2 = n * fourth / (sums.second * sums.second) - 3.0;
@@ -107,12 +114,23 @@ Interval adjusted_log_variance(std::span<const double> values, std::span<const i
   };
   const double about_means = excess(sums.fourth_mean);
   const double kurtosis = about_means > 0.0 ? excess(sums.fourth_median) : about_means;
-  const double p = 0.5 + 0.5 * confidence;
-  const double c = n / std::max(1.0, n - numerics::normal_quantile(p));
+  const double c = n / std::max(1.0, n - numerics::normal_quantile(0.5 + 0.5 * confidence));
   // Two equal heaps have the least kurtosis there is; sampling error stays above a tenth of normal.
   const double variance = std::max(kurtosis / n + 2.0 / df, 0.2 / df);
-  const double half = numerics::student_t_quantile(p, df) * c * std::sqrt(variance);
-  return {log_variance + std::log(c) - half, log_variance + std::log(c) + half};
+  return {std::log(c * sums.second / df), std::sqrt(variance), c, df};
+}
+
+/// What (ln(c s2) - ln sigma2) / standard error exceeds in half of 1 - confidence of normal samples
+/// in cells of these sizes.
+double upper_normal_pivot(std::span<const size_t> sizes, Random& random, int draws,
+                          double confidence) {
+  std::vector<double> sample(std::accumulate(sizes.begin(), sizes.end(), size_t{0})), pivot;
+  for (int b = 0; b < draws; ++b) {
+    for (double& value : sample) value = random.normal();
+    const AdjustedLogVariance drawn = adjusted_log_variance(sample, sizes, confidence);
+    pivot.push_back(drawn.value / drawn.standard_error);
+  }
+  return percentiles(std::move(pivot), confidence).high;
 }
 
 }  // namespace
@@ -251,11 +269,25 @@ Interval bootstrap_sd_interval(std::span<const double> values, std::span<const i
     if (!std::isfinite(sample.value)) continue;  // one value drawn throughout
     t.push_back((sample.value - observed.value) / sample.standard_error);
   }
-  const Interval q = percentiles(std::move(t), confidence);
-  const Interval adjusted = adjusted_log_variance(values, cell, observed.value, confidence);
-  return {
-      std::exp(0.5 * adjusted.low),
-      std::exp(0.5 * std::max(adjusted.high, observed.value - q.low * observed.standard_error))};
+  const double raised =
+      observed.value - percentiles(std::move(t), confidence).low * observed.standard_error;
+  std::vector<double> by_cell;
+  std::vector<size_t> sizes;
+  for (int c = 0; c < cells; ++c) {
+    if (count[static_cast<size_t>(c)] < 2) continue;
+    sizes.push_back(static_cast<size_t>(count[static_cast<size_t>(c)]));
+    for (size_t i = 0; i < values.size(); ++i) {
+      if (cell[i] == c) by_cell.push_back(values[i]);
+    }
+  }
+  const AdjustedLogVariance adjusted = adjusted_log_variance(by_cell, sizes, confidence);
+  const double student =
+      adjusted.widening *
+      numerics::student_t_quantile(0.5 + 0.5 * confidence, adjusted.degrees_of_freedom);
+  // Long tails hardly ever miss by the lower end: it need be no wider than normal errors ask.
+  const double below = std::min(student, upper_normal_pivot(sizes, random, draws, confidence));
+  return {std::exp(0.5 * (adjusted.value - below * adjusted.standard_error)),
+          std::exp(0.5 * std::max(adjusted.value + student * adjusted.standard_error, raised))};
 }
 
 std::vector<double> bootstrap_anova_p(const RepeatedMeasures& data, const Anova& anova,

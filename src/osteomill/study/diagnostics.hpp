@@ -26,9 +26,10 @@ DiagnosticTest shapiro_wilk(std::span<const double> values);
 DiagnosticTest brown_forsythe(std::span<const double> values, std::span<const int> group);
 
 /// Interval of a pooled within-cell SD without normality: Bonett's kurtosis-adjusted interval of
-/// the log variance [bonett2006], with Student's quantile and medians [niwitpong2008], its upper
-/// end raised to that of the studentised bootstrap of residuals where this is higher (what misses
-/// for long tails is the upper end). Seeded.
+/// the log variance [bonett2006], with Student's quantile and medians [niwitpong2008]. What misses
+/// for long tails is the upper end: it is raised to that of the studentised bootstrap of residuals
+/// where this is higher. The lower end goes no further than normal errors in such cells ask for, by
+/// simulation. Seeded.
 Interval bootstrap_sd_interval(std::span<const double> values, std::span<const int> cell,
                                std::uint64_t seed, int draws = 2000, double confidence = 0.95);
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -13,6 +12,7 @@
 #include "osteomill/base/error.hpp"
 #include "osteomill/numerics/decompositions.hpp"
 #include "osteomill/numerics/distributions.hpp"
+#include "osteomill/study/component_intervals.hpp"
 
 namespace osteomill::study {
 namespace {
@@ -123,10 +123,8 @@ using Objective = std::function<double(const std::vector<double>&)>;
 /// A criterion this close to the least is the least: rounding, and no likelihood ratio sees it.
 constexpr double kFlat = 1e-9;
 
-/// Least value over low <= x <= high: Brent in one dimension, BOBYQA in more. The value is good to
-/// the square of the precision of the place.
-Minimum minimise(const Objective& f, std::vector<double> start, double low, double high,
-                 double precision = 1e-7) {
+/// Least value over low <= x <= high: Brent in one dimension, BOBYQA in more.
+Minimum minimise(const Objective& f, std::vector<double> start, double low, double high) {
   Minimum m;
   if (start.empty()) {
     m.value = f(start);
@@ -158,8 +156,8 @@ Minimum minimise(const Objective& f, std::vector<double> start, double low, doub
       &counted);
   opt.set_lower_bounds(low);
   opt.set_upper_bounds(high);
-  opt.set_xtol_rel(precision);
-  opt.set_xtol_abs(0.1 * precision);
+  opt.set_xtol_rel(1e-7);
+  opt.set_xtol_abs(1e-8);
   opt.set_ftol_rel(1e-13);
   opt.set_maxeval(2000);
   for (double& x : start) x = std::clamp(x, low, high);
@@ -182,64 +180,6 @@ Minimum minimise(const Objective& f, std::vector<double> start, double low, doub
     }
   }
   return m;
-}
-
-/// Profile interval of one SD: where the criterion, least over the others, rises by chi2_1.
-Interval profile_interval(const Reml& reml, const std::vector<double>& sd, double least, size_t k,
-                          double scale, double confidence) {
-  const double rise = numerics::chi_squared_quantile(confidence, 1.0);
-  std::vector<double> rest = sd;
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-  const bool residual = k + 1 == sd.size();
-  const auto excess = [&](double value) {
-    if (residual) {
-      // Others relative to the residual: theta is a good coordinate.
-      std::vector<double> theta;
-      for (const double other : rest) theta.push_back(other / value);
-      const auto f = [&](const std::vector<double>& t) {
-        std::vector<double> all;
-        for (const double relative : t) all.push_back(relative * value);
-        all.push_back(value);
-        return reml.criterion_at(all);
-      };
-      return minimise(f, theta, 0.0, 1e4, 1e-4).value - least - rise;
-    }
-    const auto f = [&](const std::vector<double>& others) {
-      std::vector<double> all = others;
-      all.insert(all.begin() + static_cast<std::ptrdiff_t>(k), value);
-      all.back() = std::max(all.back(), 1e-6 * scale);
-      return reml.criterion_at(all);
-    };
-    return minimise(f, rest, 0.0, 20.0 * scale, 1e-4).value - least - rise;
-  };
-  const double at_inside = -rise;
-  const auto root = [&](double inside, double outside, double at_outside) {
-    std::uintmax_t iterations = 40;
-    const auto close = [&](double x, double y) { return std::abs(x - y) < 1e-4 * scale; };
-    const bool rising = inside < outside;
-    const auto [x, y] = rising
-                            ? boost::math::tools::toms748_solve(excess, inside, outside, at_inside,
-                                                                at_outside, close, iterations)
-                            : boost::math::tools::toms748_solve(excess, outside, inside, at_outside,
-                                                                at_inside, close, iterations);
-    return 0.5 * (x + y);
-  };
-  Interval interval;
-  const double floor = residual ? 1e-3 * sd[k] : 0.0;
-  interval.low = floor;
-  if (sd[k] > floor) {
-    if (const double at_floor = excess(floor); at_floor > 0.0) {
-      interval.low = root(sd[k], floor, at_floor);
-    }
-  }
-  double high = std::max(2.0 * sd[k], 0.1 * scale), at_high = excess(high);
-  while (at_high <= 0.0 && high < 1e3 * scale) {
-    high *= 2.0;
-    at_high = excess(high);
-  }
-  interval.high = at_high > 0.0 ? root(sd[k], high, at_high) : high;
-  if (residual && interval.low == floor) interval.low = 0.0;
-  return interval;
 }
 
 /// Covariance of the variances (not SDs): twice the inverse of the criterion's Hessian,
@@ -343,6 +283,11 @@ MixedModel fit_mixed_model(const MixedModelData& data, const MixedModelOptions& 
   double total = 0.0;
   for (const double s : sd) total += s * s;
   fit.total_sd = std::sqrt(total);
+  std::vector<Interval> intervals;
+  if (options.intervals) {
+    intervals = component_intervals(
+        data, {.confidence = options.confidence, .seed = options.seed, .draws = options.draws});
+  }
   for (size_t k = 0; k < sd.size(); ++k) {
     VarianceComponent component{
         .name = k < data.random.size() ? data.random[k].name : std::string("residual"),
@@ -350,10 +295,7 @@ MixedModel fit_mixed_model(const MixedModelData& data, const MixedModelOptions& 
         .sd_interval = {},
         .share = sd[k] * sd[k] / total,
         .at_zero = sd[k] <= 1e-4 * sd.back()};
-    if (options.intervals) {
-      component.sd_interval =
-          profile_interval(reml, sd, fit.criterion, k, fit.total_sd, options.confidence);
-    }
+    if (options.intervals) component.sd_interval = intervals[k];
     fit.components.push_back(std::move(component));
   }
   std::vector<size_t> free;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -22,13 +23,15 @@ struct MixedModelData {
 
 struct MixedModelOptions {
   double confidence = 0.95;
-  bool intervals = true;  ///< profile intervals of the components (the slow part)
+  bool intervals = true;  ///< of the components, by component_intervals (the slow part)
+  std::uint64_t seed = 1;
+  int draws = 199;
 };
 
 struct VarianceComponent {
   std::string name;  ///< the random factor, or "residual"
   double sd = 0.0;
-  Interval sd_interval;  ///< by the profile of the restricted likelihood; low may be 0
+  Interval sd_interval;  ///< by component_intervals; low may be 0
   double share = 0.0;    ///< of the total variance
   bool at_zero = false;  ///< the estimate sits at its bound
 };

@@ -51,7 +51,9 @@ void report_contributions(const Slice& slice, const Slice& with_movement, StudyR
 /// Straight line and adjusted means where operators' cuts repeat: operators at random, so that an
 /// interval is that of other operators too, not of these few. Nothing where no operator repeats.
 struct RandomLine {
-  MixedModelEstimate intercept, slope;
+  MixedModelEstimate slope;
+  double intercept = 0.0;
+  std::optional<Interval> intercept_interval;  ///< unset: two operators, nothing left for the slope
 };
 std::optional<RandomLine> line_with_subjects(const Slice& slice, const Covariate& covariate,
                                              double confidence);
