@@ -229,16 +229,14 @@ void run(const Arguments& arguments) {
   check_options(arguments, cases);
   if (arguments.plant == "replay") {
     io::SimulateCase input = cases.front();
-    if (input.model_predictive && input.stock.kind != io::StockKind::line_profile) {
-      throw InvalidInput(Fault{"--plant", "replay",
-                               "finds the map of a model-predictive law for line profiles only",
-                               "simulate the stock again"});
-    }
-    io::settle_law(input);
+    io::settle_law(input, console_progress());
     return replay(arguments, input);
   }
   if (!arguments.program.empty()) return write_program(arguments, cases);
 
+  if (arguments.common.format == Format::table) {
+    fmt::print("{}\n", io::supervisor_sentence(cases));
+  }
   Around around;
   const io::RunOptions options = options_of(arguments, around);
   const Progress shown = console_progress();

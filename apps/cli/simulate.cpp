@@ -155,10 +155,10 @@ void print_runs(Format format, const std::vector<io::SimulatedRun>& runs,
       print_json(document);
       break;
     case Format::csv:
-      print_csv(io::table_of(runs));
+      print_csv(io::table_of(runs, false));
       break;
     case Format::table:
-      print_table(io::table_of(runs));
+      print_table(io::table_of(runs, true));
       for (const std::string& sentence : io::comparisons_of(runs)) fmt::print("{}\n", sentence);
       for (const std::string& sentence : more) fmt::print("{}\n", sentence);
       break;

@@ -2,6 +2,7 @@
 #include "osteomill/control/feed_controller.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "osteomill/base/error.hpp"
@@ -16,6 +17,7 @@ struct Proposal {
   double feed = 0.0;
   Mode mode = Mode::constant;
   double spindle_speed = 0.0;
+  Bound bound = Bound::none;
 };
 
 /// Updates the law's part of the state. `ceiling`: largest feed allowed here.
@@ -40,7 +42,7 @@ Proposal propose(const FeedController& controller, ControllerState& state, const
   if (const ModelPredictive* law = std::get_if<ModelPredictive>(&controller.law)) {
     const ModelPredictive::Step next = law->step(state.predictive, seen, controller.limits.highest);
     state.predictive = next.state;
-    return {next.wanted, next.command, Mode::adaptive, next.spindle_speed};
+    return {next.wanted, next.command, Mode::adaptive, next.spindle_speed, next.bound};
   }
   const ConstantFeed* constant = std::get_if<ConstantFeed>(&controller.law);
   const double feed = constant->feed.value_or(seen.programmed_feed);
@@ -61,6 +63,12 @@ const char* name(Mode mode) {
       break;
   }
   return "stopped";
+}
+
+const char* name(Bound bound) {
+  static constexpr std::array<const char*, kBounds> names = {
+      "none", "largest feed", "force", "deflection", "feed per tooth", "temperature", "chatter"};
+  return names[static_cast<std::size_t>(bound)];
 }
 
 void check(const FeedController& controller) {
@@ -110,11 +118,13 @@ ControlStep step(const FeedController& controller, const ControllerState& state,
   double feed = std::clamp(proposal.feed, std::min(limits.lowest, highest), highest);
   next.command.mode = proposal.mode;
   next.command.spindle_speed = proposal.spindle_speed;
+  next.command.bound = proposal.bound;
   next.command.saturated = !seen.rapid && proposal.wanted >= limits.highest;
   if (entry < highest && proposal.wanted >= entry) {
     feed = std::min(feed, entry);
     next.command.mode = Mode::predictive;
     next.command.saturated = false;
+    next.command.bound = Bound::none;
   }
   const double largest_change = limits.acceleration * controller.period;
   feed = std::clamp(feed, state.feed - largest_change, state.feed + largest_change);

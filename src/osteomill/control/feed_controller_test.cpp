@@ -245,8 +245,8 @@ TEST(FeedController, StepTakesNothingFromTheHeapAndCannotThrow) {
   FeedController adaptive;
   adaptive.law = ModelAdaptive(ModelAdaptiveOptions{});
   FeedController predictive;
-  predictive.law = ModelPredictive(ModelPredictiveOptions{}, {0.1e-3, std::vector<double>(200, 3e3),
-                                                              std::vector<double>(200, 1.0)});
+  const std::vector<double> gains(200, 3e3), edges(200, 1.0);
+  predictive.law = ModelPredictive(ModelPredictiveOptions{}, {0.1e-3, gains, edges, gains, edges});
   for (FeedController controller : {published(), adaptive, predictive, FeedController{}}) {
     controller.predictive = PredictiveMode{};
     ControllerState state;

@@ -13,12 +13,25 @@
 
 namespace osteomill::control {
 
-/// What a map of the bone promises along the path, before it is cut: mean force = edge + gain v at
-/// the programmed spindle speed, at places `spacing` apart from the start of the path.
+/// What a map of the bone promises along the path, before it is cut: force = edge + gain v at the
+/// programmed spindle speed, at places `spacing` apart from the start of the path.
 struct Forecast {
-  double spacing = 0.1e-3;    ///< m
-  std::vector<double> gains;  ///< N/(m/s)
-  std::vector<double> edges;  ///< N
+  double spacing = 0.1e-3;         ///< m
+  std::vector<double> gains;       ///< of the mean force, N/(m/s)
+  std::vector<double> edges;       ///< of the mean force, N
+  std::vector<double> peak_gains;  ///< of the largest sample
+  std::vector<double> peak_edges;
+
+  /// How much hotter than the body the hottest bone is while the tool is there, K: at two feeds,
+  /// and at the faster one with another spindle speed. Empty: not known, and of `spun` no other
+  /// speed.
+  struct Heat {
+    double slow_feed = 0.0;   ///< m/s
+    double fast_feed = 0.0;   ///< m/s
+    double spun_speed = 0.0;  ///< rad/s
+    std::vector<double> slow, fast, spun;
+  };
+  Heat heat = {};
 };
 
 /// How far the map is to be believed.
@@ -34,15 +47,15 @@ struct PlanLimits {
   /// The force that bends the tip as far as it may: stiffness times deflection, N.
   double force_of_deflection = std::numeric_limits<double>::infinity();
   double feed_per_tooth = std::numeric_limits<double>::infinity();  ///< m
+  double temperature = std::numeric_limits<double>::infinity();     ///< of the hottest bone, K
+  double body_temperature = 310.15;                                 ///< K
 };
 
 /// Spindle speeds that may be asked for, rad/s.
 struct SpindleHandle {
   double lowest = 0.0;
   double highest = 0.0;
-  double time_constant = 0.2;                                    ///< s, of the drive
-  double temperature = std::numeric_limits<double>::infinity();  ///< of the bone, limit, K
-  double body_temperature = 310.15;                              ///< K
+  double time_constant = 0.2;  ///< s, of the drive
 };
 
 /// Depth at which the cut begins to chatter at a spindle speed, in bone of ChatterLimits::gain.
@@ -51,11 +64,12 @@ struct StableDepth {
   double depth = 0.0;          ///< m
 };
 
-/// The stable depth goes with one over the cutting gain, as it does in the linear theory.
+/// The stable depth goes with one over the cutting gain, as it does in the linear theory; so a cut
+/// is stable where its gain is small enough, whatever its own depth.
 struct ChatterLimits {
   std::vector<StableDepth> lobes;  ///< by rising speed, linear between; none: no limit
-  double gain = 0.0;               ///< of the bone that they hold for, N/(m/s)
-  double depth = 0.0;              ///< of the cut, m
+  double gain = 0.0;               ///< of the bone that they hold for, cut `depth` deep, N/(m/s)
+  double depth = 0.0;              ///< m
   double margin = 1.2;             ///< stable depth over depth of the cut
 };
 
@@ -88,10 +102,9 @@ struct ModelPredictiveState {
   /// Least and largest mean force that the map has for the last periods, newest first, N.
   std::array<double, kLongestDelay> least{};
   std::array<double, kLongestDelay> largest{};
-  double position = 0.0;  ///< where the last observation was, m
-  double peak_to_mean = 1.5;
+  double position = 0.0;       ///< where the last observation was, m
   double spindle_speed = 0.0;  ///< that the tool had last, rad/s
-  double spindle_cap = 0.0;    ///< what the temperature allows, rad/s
+  double warmth = 1.0;         ///< rise of the bone over that of the map, no less than 1
   numerics::LagState servo;    ///< as the model has it
   bool begun = false;
 };
@@ -106,10 +119,14 @@ struct ModelPredictiveState {
 ///      which a servo that brakes from the next period on stays below the limit of every place that
 ///      it still comes to. So a limit ahead is met in time, and there is always a command that
 ///      keeps to it;
-///   4. where the spindle can be set, asks for the least speed that gives the largest feed on the
+///   4. keeps the bone cool by going fast: where a higher feed is cooler, the temperature asks for
+///   a
+///      least feed, and gets it as far as the force's limit itself allows, without what is kept
+///      in reserve below it. Where a higher feed were hotter it would bound the feed from above;
+///   5. where the spindle can be set, asks for the least speed that gives the largest feed on the
 ///      stretch that the drive needs to answer: the chip, and with it the force, goes with feed
-///      over speed. Speeds at which the depth would chatter are left out, and when the bone comes
-///      near its limit of temperature the largest speed falls.
+///      over speed. Speeds at which the cut would chatter or the bone grow too hot are left out;
+///      when none is cool enough the coolest is taken.
 /// Not published; compared with [sugita2009] in docs/theory/control.md.
 class ModelPredictive {
  public:
@@ -121,6 +138,7 @@ class ModelPredictive {
     double wanted = 0.0;         ///< feed that the bone allows where the tool is, m/s
     double command = 0.0;        ///< m/s
     double spindle_speed = 0.0;  ///< rad/s; 0: the programmed one
+    Bound bound = Bound::none;
   };
   /// `ceiling`: the largest feed allowed, m/s. `state.servo` is still that before the period.
   Step step(const ModelPredictiveState& state, const Observation& seen,
@@ -130,8 +148,16 @@ class ModelPredictive {
     return lag_.advance(servo, command);
   }
   const ModelPredictiveOptions& options() const { return options_; }
-  /// Largest feed at a place along the path, `ahead` metres from the tool, m/s.
-  double allowed(const ModelPredictiveState& state, double position, double ahead) const noexcept;
+  /// Largest feed at a place along the path, and which limit makes it so.
+  struct Allowed {
+    double feed = std::numeric_limits<double>::infinity();  ///< m/s
+    Bound bound = Bound::none;
+  };
+  /// `ahead`: of the place, from the tool, m.
+  Allowed allowed(const ModelPredictiveState& state, double position, double ahead) const noexcept;
+  /// Temperature that the map has for a feed at a place, K; 0: not known.
+  double temperature(const ModelPredictiveState& state, double position,
+                     double feed) const noexcept;
 
  private:
   /// Worst and best of the map within the position error.
@@ -140,13 +166,31 @@ class ModelPredictive {
     double largest_edge = 0.0;
     double least_gain = 0.0;
     double least_edge = 0.0;
+    double peak_gain = 0.0;  ///< largest
+    double peak_edge = 0.0;
+    // Largest rise at Heat::fast_feed; it goes with feed^-slowness and speed^haste.
+    double rise = 0.0;
+    double slowness = 0.0;
+    double haste = 0.0;
   };
   const Place& at(double position) const noexcept;
-  bool keeps(const ModelPredictiveState& state, double command, double position,
-             double ceiling) const noexcept;
+  /// `bound`: of the first limit that is not kept.
+  bool keeps(const ModelPredictiveState& state, double command, double position, double ceiling,
+             Bound& bound) const noexcept;
   double lead(const numerics::LagState& servo, double wanted) const noexcept;
-  double speed(const ModelPredictiveState& state, const Observation& seen,
-               double ceiling) const noexcept;
+  struct Speed {
+    double value = 0.0;         ///< rad/s
+    Bound bound = Bound::none;  ///< what keeps it from one with a larger feed
+  };
+  Speed speed(const ModelPredictiveState& state, const Observation& seen,
+              double ceiling) const noexcept;
+  /// The rise of temperature at a feed, K, with the state's speed.
+  double rise(const ModelPredictiveState& state, const Place& place, double feed) const noexcept;
+  double rise_allowed() const noexcept;
+  double feed_of_rise(const ModelPredictiveState& state, const Place& place) const noexcept;
+  /// The largest feed whose peaks stay below `force`.
+  double feed_of_force(const Place& place, double strength, double chip,
+                       double force) const noexcept;
   /// The largest gain that does not chatter at a speed, N/(m/s).
   double stable_gain(double spindle_speed) const noexcept;
   void learn(ModelPredictiveState& now, const ModelPredictiveState& before,
@@ -155,6 +199,7 @@ class ModelPredictive {
   ModelPredictiveOptions options_;
   identify::OnlineOptions tracking_;
   double spacing_ = 0.0;
+  double heat_feed_ = 0.0;  ///< of Place::rise, m/s
   std::shared_ptr<const std::vector<Place>> places_;
   numerics::HeldLag lag_;   ///< over a period
   numerics::HeldLag two_;   ///< over two of them

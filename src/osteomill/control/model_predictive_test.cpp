@@ -26,6 +26,8 @@ Forecast map_of(const Gain& gain, double offset = 0.0) {
   for (double x = 0.0; x <= kLength; x += map.spacing) {
     map.gains.push_back(gain(x - offset));
     map.edges.push_back(0.0);
+    map.peak_gains.push_back(kRatio * gain(x - offset));
+    map.peak_edges.push_back(0.0);
   }
   return map;
 }
@@ -146,29 +148,136 @@ TEST(ModelPredictive, KeepsTheFeedPerToothAndTheDeflectionOfTheTip) {
   EXPECT_GT(done.peak, 0.75 * 10.0);
 }
 
+TEST(ModelPredictive, SaysWhichLimitItKeepsTo) {
+  ModelPredictiveOptions options;
+  options.servo = kServo;
+  const auto bound = [&](const Gain& gain, double position) {
+    const ModelPredictive law(options, map_of(gain));
+    Observation seen;
+    seen.position = position;
+    seen.feed = 3e-3;
+    Bound last = Bound::none;
+    ModelPredictive::Step next;
+    for (int i = 0; i < 100; ++i) {
+      next = law.step(next.state, seen, 12e-3);
+      next.state.servo = law.after(next.state.servo, next.command);
+      seen.feed = next.state.servo.value;
+      last = next.bound;
+    }
+    return last;
+  };
+  EXPECT_EQ(bound(entry, 1e-3), Bound::largest_feed);
+  EXPECT_EQ(bound(entry, 30e-3), Bound::force);
+  options.limits.force_of_deflection = 10.0;
+  EXPECT_EQ(bound(entry, 30e-3), Bound::deflection);
+  options.limits.feed_per_tooth = 0.005e-3;
+  options.spindle_speed = 600.0;
+  EXPECT_EQ(bound(entry, 30e-3), Bound::feed_per_tooth);
+}
+
+/// `entry` with a rise of 40 K at 12 mm/s that goes with feed^-slowness and speed^haste.
+Forecast warm(double slowness, double haste) {
+  Forecast map = map_of(entry);
+  map.heat = {2e-3, 12e-3, 900.0, {}, {}, {}};
+  for (const double gain : map.gains) {
+    const double rise = gain > 0.0 ? 40.0 : 0.0;
+    map.heat.fast.push_back(rise);
+    map.heat.slow.push_back(rise * std::pow(6.0, slowness));
+    map.heat.spun.push_back(rise * std::pow(900.0 / 600.0, haste));
+  }
+  return map;
+}
+
+/// Where the feed has settled in the bone of `entry`.
+ModelPredictive::Step settled(const ModelPredictiveOptions& options, const Forecast& map) {
+  const ModelPredictive law(options, map);
+  Observation seen;
+  seen.position = 20e-3;
+  seen.spindle_speed = options.spindle_speed;
+  seen.feed = 5e-3;
+  ModelPredictive::Step next;
+  for (int i = 0; i < 200; ++i) {
+    seen.mean_force = 3250.0 * seen.feed;  // as the map has it
+    next = law.step(next.state, seen, 12e-3);
+    next.state.servo = law.after(next.state.servo, next.command);
+    seen.feed = next.state.servo.value;
+    seen.position += seen.feed * 0.01;
+  }
+  return next;
+}
+
+ModelPredictiveOptions within(double temperature) {
+  ModelPredictiveOptions options;
+  options.servo = kServo;
+  options.spindle_speed = 600.0;
+  options.limits.temperature = temperature;
+  options.limits.body_temperature = 310.15;
+  return options;
+}
+
+TEST(ModelPredictive, ATemperatureThatFallsWithTheFeedAsksForFeedAsFarAsTheForceLimitAllows) {
+  const double inf = std::numeric_limits<double>::infinity();
+  const Forecast map = warm(0.8, 0.5);
+  const auto rise = [](double feed) { return 40.0 * std::pow(feed / 12e-3, -0.8); };
+  const ModelPredictive::Step free = settled(within(inf), map);
+  EXPECT_EQ(free.bound, Bound::force);
+  // Just out of reach of the feed with its reserve of force; 90 % of the rise is aimed at.
+  const double limit = 0.99 * rise(free.wanted) / 0.9;
+  const ModelPredictive::Step kept = settled(within(310.15 + limit), map);
+  EXPECT_EQ(kept.bound, Bound::temperature);
+  EXPECT_GT(kept.wanted, free.wanted);
+  EXPECT_NEAR(rise(kept.wanted), 0.9 * limit, 1e-6);  // but for rounding
+  // No feed keeps this one: it gives all that the force's limit leaves, and no more.
+  const ModelPredictive::Step most = settled(within(310.15 + 0.5 * limit), map);
+  EXPECT_EQ(most.bound, Bound::temperature);
+  EXPECT_GT(most.wanted, kept.wanted);
+  EXPECT_LT(kRatio * 3250.0 * most.wanted, 30.0);
+  EXPECT_THROW(ModelPredictive(within(330.15), map_of(entry)), InvalidInput);  // no temperatures
+}
+
+TEST(ModelPredictive, ATemperatureThatRisesWithTheFeedLimitsIt) {
+  const ModelPredictive::Step kept = settled(within(310.15 + 10.0), warm(-1.0, 0.0));
+  EXPECT_EQ(kept.bound, Bound::temperature);
+  EXPECT_NEAR(40.0 * kept.wanted / 12e-3, 0.9 * 10.0, 1e-6);
+}
+
+TEST(ModelPredictive, ABoneThatIsWarmerThanTheMapSaysIsTakenForWarmer) {
+  const ModelPredictive law(within(340.15), warm(0.8, 0.5));
+  Observation seen;
+  seen.feed = 2e-3;
+  const double rise = 40.0 * std::pow(6.0, 0.8);
+  ModelPredictive::Step next;
+  const auto go = [&](double seen_rise) {
+    seen.position = 15e-3;
+    seen.temperature = 310.15 + seen_rise;
+    for (int i = 0; i < 1000; ++i) {
+      seen.position += seen.feed * 0.01;
+      next = law.step(next.state, seen, 12e-3);
+    }
+  };
+  go(1.4 * rise);  // ten time constants
+  EXPECT_NEAR(next.state.warmth, 1.4, 0.001);
+  EXPECT_NEAR(law.temperature(next.state, 30e-3, 2e-3), seen.temperature, 0.2);
+  go(0.5 * rise);  // one that is cooler is not believed to stay so
+  EXPECT_NEAR(next.state.warmth, 1.0, 0.001);
+}
+
 ModelPredictiveOptions with_spindle() {
   ModelPredictiveOptions options;
   options.servo = kServo;
   options.map = {0.1e-3, 0.1, 1.5e-3};
   options.spindle_speed = 600.0;
-  options.spindle = SpindleHandle{400.0, 900.0, 0.2, 320.15, 310.15};
+  options.spindle = SpindleHandle{400.0, 900.0, 0.2};
   return options;
 }
 
-/// What the law asks of the spindle at a place where it has run at `speed`, and how fast it may go.
-ModelPredictive::Step asked(const ModelPredictive& law, double speed, double position,
-                            double temperature = 0.0, int periods = 1) {
+/// What the law asks of the spindle at a place where it has run at `speed`.
+ModelPredictive::Step asked(const ModelPredictive& law, double speed, double position) {
   Observation seen;
   seen.position = position;
   seen.feed = 5e-3;
   seen.spindle_speed = speed;
-  seen.temperature = temperature;
-  ModelPredictive::Step next{};
-  for (int i = 0; i < periods; ++i) {
-    seen.time += 0.01;
-    next = law.step(next.state, seen, 12e-3);
-  }
-  return next;
+  return law.step({}, seen, 12e-3);
 }
 
 TEST(ModelPredictive, TurnsTheSpindleFasterWhereTheForceLimitsTheFeedAndSlowlyInAir) {
@@ -188,18 +297,30 @@ TEST(ModelPredictive, LeavesOutSpeedsThatChatter) {
   const double chosen = asked(ModelPredictive(options, map_of(entry)), 600.0, 20e-3).spindle_speed;
   EXPECT_GT(chosen, 700.0);
   EXPECT_LT(chosen, 800.0);
+  EXPECT_EQ(asked(ModelPredictive(options, map_of(entry)), 600.0, 20e-3).bound, Bound::chatter);
   // Without the handle a speed that chatters cannot be helped.
   options.spindle.reset();
   options.spindle_speed = 850.0;
   EXPECT_THROW(ModelPredictive(options, map_of(entry)), InvalidInput);
 }
 
-TEST(ModelPredictive, SlowsTheSpindleDownWhenTheBoneComesNearItsLimitOfTemperature) {
-  const ModelPredictive law(with_spindle(), map_of(entry));
-  const double cool = asked(law, 600.0, 20e-3, 311.0, 300).spindle_speed;
-  const double hot = asked(law, 600.0, 20e-3, 321.0, 300).spindle_speed;
-  EXPECT_EQ(cool, 900.0);
-  EXPECT_LT(hot, 700.0);
+TEST(ModelPredictive, ChoosesTheFastestFeedAmongTheSpeedsThatKeepTheBoneCool) {
+  ModelPredictiveOptions options = with_spindle();
+  options.limits.body_temperature = 310.15;
+  // Hotter with the speed than a thinner chip's feed makes cooler: a slow spindle is the cool one.
+  const Forecast map = warm(0.5, 1.5);
+  options.limits.temperature = 310.15 + 300.0;
+  const ModelPredictive::Step hot = asked(ModelPredictive(options, map), 600.0, 20e-3);
+  EXPECT_EQ(hot.spindle_speed, 900.0);
+  options.limits.temperature = 310.15 + 65.0;
+  const ModelPredictive::Step cool = asked(ModelPredictive(options, map), 600.0, 20e-3);
+  EXPECT_LT(cool.spindle_speed, 800.0);
+  EXPECT_GT(cool.spindle_speed, 400.0);
+  EXPECT_EQ(cool.bound, Bound::temperature);
+  EXPECT_LT(cool.wanted, hot.wanted);
+  // None is cool enough: the coolest.
+  options.limits.temperature = 310.15 + 20.0;
+  EXPECT_EQ(asked(ModelPredictive(options, map), 600.0, 20e-3).spindle_speed, 400.0);
 }
 
 TEST(ModelPredictive, NeverStalls) {
@@ -224,7 +345,9 @@ TEST(ModelPredictive, RefusesOptionsThatMakeNoLaw) {
   EXPECT_THROW(check(broken([](Options& o) { o.floor_feed = 0.0; })), InvalidInput);
   EXPECT_THROW(check(broken([](Options& o) { o.servo.damping_ratio = 0.0; })), InvalidInput);
   EXPECT_THROW(ModelPredictive(Options{}, Forecast{}), InvalidInput);
-  EXPECT_THROW(ModelPredictive(Options{}, Forecast{1e-4, {1.0, 2.0}, {0.0}}), InvalidInput);
+  EXPECT_THROW(
+      ModelPredictive(Options{}, Forecast{1e-4, {1.0, 2.0}, {0.0}, {1.0, 2.0}, {0.0, 0.0}}),
+      InvalidInput);
 }
 
 }  // namespace

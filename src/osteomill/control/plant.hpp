@@ -26,7 +26,7 @@ struct Observation {
   double to_contact = std::numeric_limits<double>::infinity();
   /// The same to where the cutter is fully engaged there.
   double to_engagement = std::numeric_limits<double>::infinity();
-  double temperature = 0.0;  ///< of the hottest bone now, K; 0: not known
+  double temperature = 0.0;  ///< of the hottest bone now that stays, K; 0: not known
   /// From the tool to the nearest no-go region, m; infinite when there is none.
   double no_go_distance = std::numeric_limits<double>::infinity();
   bool finished = false;  ///< the path has come to its end
@@ -42,11 +42,26 @@ enum class Mode : std::uint8_t {
 
 const char* name(Mode mode);
 
+/// Which limit a law that plans keeps to with its command.
+enum class Bound : std::uint8_t {
+  none,  ///< none of these: the law knows no limits, or is on its way to one
+  largest_feed,
+  force,
+  deflection,
+  feed_per_tooth,
+  temperature,  ///< by less reserve of force than otherwise, or by the speed of the spindle
+  chatter       ///< by the speed of the spindle
+};
+inline constexpr int kBounds = 7;
+
+const char* name(Bound bound);
+
 struct FeedCommand {
   double feed = 0.0;  ///< m/s
   Mode mode = Mode::stopped;
   bool saturated = false;      ///< the law asks for no less than the largest feed
   double spindle_speed = 0.0;  ///< rad/s; 0: the programmed one
+  Bound bound = Bound::none;
 };
 
 /// What a controller acts on: a simulation, a recording or a machine.

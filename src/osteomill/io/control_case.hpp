@@ -22,6 +22,9 @@ std::vector<SimulateCase> read_control_cases(const std::vector<CaseRun>& runs);
 nlohmann::ordered_json control_document_of(const std::vector<SimulatedRun>& runs, double wall_time,
                                            double jitter);
 
+/// What the supervisor of the cases stops at, in a sentence.
+std::string supervisor_sentence(const std::vector<SimulateCase>& cases);
+
 /// Mean time, time above the limit and largest peak of the variants of each run, a sentence each.
 std::vector<std::string> variants_of(const std::vector<SimulatedRun>& runs);
 

@@ -9,6 +9,7 @@
 #include "osteomill/base/random.hpp"
 #include "osteomill/io/case_file.hpp"
 #include "osteomill/io/paced_plant.hpp"
+#include "osteomill/io/recording.hpp"
 #include "osteomill/io/simulate_result.hpp"
 
 namespace osteomill::io {
@@ -86,6 +87,137 @@ TEST(Control, TheModelPredictiveLawKeepsVariantsBelowTheLimitWithAMapThatIsWrong
   bool moved = false;
   for (const SimulatedRun& run : runs) moved |= run.input.machine.map_offset != 0.0;
   EXPECT_TRUE(moved);
+}
+
+TEST(Control, VariantsAreOneRowOfATableForPeopleAndOneEachInTheWholeTable) {
+  const auto runs = run_with({"variants.count=3"});
+  ASSERT_EQ(runs.size(), 9u);
+  const std::vector<RunRow> rows = rows_of(runs, true);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[1].name, "hard-zone-published, 3 variants");
+  double peak = 0.0, above = 0.0, time = 0.0;
+  for (int i = 3; i < 6; ++i) {
+    peak = std::max(peak, runs[i].summary.peak_force);
+    above += runs[i].summary.time_above_limit;
+    time += runs[i].summary.cutting_time / 3.0;
+  }
+  EXPECT_EQ(rows[1].summary.peak_force, peak);
+  EXPECT_DOUBLE_EQ(rows[1].summary.time_above_limit, above);
+  EXPECT_DOUBLE_EQ(rows[1].summary.cutting_time, time);
+  EXPECT_EQ(rows_of(runs, false).size(), 9u);
+}
+
+std::vector<SimulatedRun> one_of(const std::string& example, const std::string& name,
+                                 const std::vector<std::string>& changes = {},
+                                 const RunOptions& options = {}) {
+  std::vector<CaseRun> all = read_case(OSTEOMILL_SOURCE_DIR "/examples/" + example, changes);
+  std::erase_if(all, [&](const CaseRun& run) { return run.name != name; });
+  return run_simulations(read_control_cases(all), {}, options);
+}
+
+/// Seconds in contact that the feed was limited by this.
+double limited(const SimulatedRun& run, const char* by) {
+  const nlohmann::ordered_json document = document_of({run}, 0.0).at("runs")[0];
+  return document.at("limited_by_s").value(by, 0.0);
+}
+
+double hottest_that_stays(const SimulatedRun& run) {
+  double hottest = 0.0;
+  for (const simulate::Step& step : run.steps) hottest = std::max(hottest, step.temperature);
+  return hottest - 273.15;
+}
+
+TEST(Control, EveryLimitOfTheFeedBindsInItsRunOnAVoxelStockAndHolds) {
+  // The first line of the example: half the time, the same limits.
+  const auto run = [](const std::string& name) {
+    return one_of("feed_limits.toml", name, {"path.count=1"}).at(0);
+  };
+  const SimulatedRun force = run("force");
+  EXPECT_GT(limited(force, "force"), 2.0);
+  EXPECT_LE(force.summary.peak_force, 38.0);
+  const SimulatedRun cool = run("temperature");
+  EXPECT_GT(limited(cool, "temperature"), 0.1);  // at the end of the first line
+  EXPECT_GT(hottest_that_stays(force), 90.0);
+  EXPECT_LE(hottest_that_stays(cool), 90.0);
+  EXPECT_LE(cool.summary.peak_force, 38.0);
+  EXPECT_LT(cool.summary.cutting_time, force.summary.cutting_time);
+  const SimulatedRun stiff = run("deflection");
+  EXPECT_GT(limited(stiff, "deflection"), 2.0);
+  EXPECT_LE(stiff.summary.peak_force, 600.0 * 0.05);
+  const SimulatedRun thin = run("feed-per-tooth");
+  EXPECT_GT(limited(thin, "feed per tooth"), 2.0);
+  EXPECT_LE(thin.summary.max_feed,
+            1.01 * 0.015e-3 * 2.0 * 10000.0 / 60.0);  // the servo's overshoot
+  const SimulatedRun free = run("free-spindle");
+  const SimulatedRun quiet = run("chatter");
+  EXPECT_GT(limited(quiet, "chatter"), 1.0);
+  EXPECT_GT(quiet.summary.cutting_time, free.summary.cutting_time);
+  const auto fastest = [](const SimulatedRun& one) {
+    double speed = 0.0;
+    for (const simulate::Step& step : one.steps) {
+      // Once the drive has answered.
+      if (step.samples_in_contact > 0 && step.time > 1.5)
+        speed = std::max(speed, step.spindle_speed);
+    }
+    return speed * 60.0 / 6.283185307179586;
+  };
+  EXPECT_GT(fastest(free), 12500.0);
+  EXPECT_LT(fastest(quiet), 12500.0);
+}
+
+TEST(Control, ATemperatureThatNoFeedKeepsIsSaidAndStoppedByTheSupervisor) {
+  const SimulatedRun run =
+      one_of("feed_limits.toml", "temperature",
+             {"path.count=1", "supervisor.temperature_c=80", "run.1.limits.temperature_c=60"})
+          .at(0);
+  EXPECT_EQ(run.summary.status, simulate::Status::supervisor);
+  ASSERT_FALSE(run.loop.events.empty());
+  EXPECT_EQ(run.loop.events[0].cause, control::Cause::temperature);
+  EXPECT_THAT(run.warnings, testing::Contains(testing::HasSubstr("no feed within the other")));
+}
+
+TEST(Control, AChatterMarginThatNoFeedChangesIsRefusedWithItsPlace) {
+  try {
+    one_of("feed_limits.toml", "chatter",
+           {"path.count=1", "run.5.chatter.stable_depths_mm=[2, 2, 1, 1]"});
+    FAIL() << "accepted";
+  } catch (const InvalidInput& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("mm along the path"));
+  }
+}
+
+TEST(Control, AReplayOfALawThatLooksAheadInAVoxelStockGivesEveryCommandBitForBit) {
+  class Kept final : public control::Plant {
+   public:
+    Kept(control::Plant& plant, std::vector<RecordedPeriod>& periods)
+        : plant_(plant), periods_(periods) {}
+    control::Observation start() override { return seen_ = plant_.start(); }
+    control::Observation advance(const control::FeedCommand& command) override {
+      periods_.push_back({seen_, command});
+      return seen_ = plant_.advance(command);
+    }
+
+   private:
+    control::Plant& plant_;
+    std::vector<RecordedPeriod>& periods_;
+    control::Observation seen_;
+  };
+  std::vector<RecordedPeriod> periods;
+  std::unique_ptr<Kept> kept;
+  RunOptions options;
+  options.wrap = [&](control::Plant& plant, const SimulatedRun&, double) -> control::Plant& {
+    kept = std::make_unique<Kept>(plant, periods);
+    return *kept;
+  };
+  std::vector<CaseRun> all =
+      read_case(OSTEOMILL_SOURCE_DIR "/examples/feed_limits.toml", {"path.count=1"});
+  std::erase_if(all, [](const CaseRun& run) { return run.name != "chatter"; });
+  std::vector<SimulateCase> cases = read_control_cases(all);
+  run_simulations(cases, {}, options);
+  settle_law(cases[0]);
+  const Replay done = replay(periods, cases[0].controller, cases[0].machine.start_feed);
+  EXPECT_GT(done.periods, 400u);
+  EXPECT_EQ(done.different, 0u);
 }
 
 TEST(Control, VariantsRunAgainFromTheExpandedCase) {

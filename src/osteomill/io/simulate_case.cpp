@@ -148,8 +148,7 @@ void bind_plan_limits(Section& s, control::PlanLimits& limits, std::optional<dou
            "of the tool at its tip, for deflection_mm: see osteomill modes");
   std::optional<double> celsius;
   s.number("temperature_c", celsius, {1.0, "°C"}, between(38.0, 300.0),
-           "of the bone, kept by the spindle's speed: needs [heat] and [machine.spindle]; absent: "
-           "any");
+           "of the bone that stays, for \"model-predictive\": needs [heat]; absent: any");
   if (celsius) temperature = *celsius + thermal::kZeroCelsius;
   if (tooth) limits.feed_per_tooth = *tooth;
   if (deflection && stiffness) limits.force_of_deflection = *deflection * *stiffness;
@@ -186,8 +185,14 @@ void bind_chatter(Section& section, control::ChatterLimits& chatter) {
                   s.numbers("spindle_speeds_rpm", speeds, kRpm, positive(), "rising");
                   s.numbers("stable_depths_mm", depths, kMm, positive(),
                             "one a speed: see osteomill stability");
-                  s.number("gain_n_per_mm_per_s", chatter.gain, {1e3, "N/(mm/s)"}, positive(),
-                           "cutting gain of the bone that they hold for");
+                  s.number(
+                      "gain_n_per_mm_per_s", chatter.gain, {1e3, "N/(mm/s)"}, positive(),
+                      "mean force over feed of the bone that they hold for, cut depth_mm deep");
+                  std::optional<double> depth;
+                  s.number("depth_mm", depth, kMm, positive(),
+                           "depth at which gain_n_per_mm_per_s was measured; absent: that of a "
+                           "line-profile");
+                  if (depth) chatter.depth = *depth;
                   s.number("margin", chatter.margin, kPlain, positive(),
                            "stable depth over depth of the cut", Need::optional);
                   if (speeds.size() != depths.size())
@@ -309,18 +314,21 @@ void complete(SimulateCase& made) {
     });
   if (made.path.spindle_speed > 0.0) faults.gather([&] { simulate::check(made.machine); });
   faults.gather([&] { control::check(made.controller); });
-  if (made.stock.kind != StockKind::line_profile &&
-      !made.predictive_options.chatter.lobes.empty()) {
+  control::ChatterLimits& chatter = made.predictive_options.chatter;
+  if (chatter.depth == 0.0 && made.stock.kind == StockKind::line_profile) {
+    chatter.depth = profile.axial_depth;
+  }
+  if (chatter.depth == 0.0 && !chatter.lobes.empty()) {
     faults.gather([] {
-      throw InvalidInput(Fault{"chatter", "",
-                               "needs stock.kind = \"line-profile\", whose depth of "
-                               "cut is one",
-                               "leave it out"});
+      throw InvalidInput(Fault{"chatter.depth_mm", "absent",
+                               "must say at which depth gain_n_per_mm_per_s was measured",
+                               "osteomill force gives the mean force at a depth and a feed"});
     });
   }
-  if (made.temperature_limit && !(made.machine.spindle && made.heat)) {
+  if (made.temperature_limit && !(made.heat && made.model_predictive)) {
     faults.gather([] {
-      throw InvalidInput(Fault{"limits.temperature_c", "", "needs [heat] and [machine.spindle]",
+      throw InvalidInput(Fault{"limits.temperature_c", "",
+                               "needs [heat] and controller.kind = \"model-predictive\"",
                                "supervisor.temperature_c stops at a temperature"});
     });
   }

@@ -11,6 +11,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/io/run_record.hpp"
 #include "osteomill/io/simulate_result.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
 
 namespace osteomill::io {
 namespace {
@@ -106,9 +107,13 @@ std::vector<ReportStrip> strips_of(const SimulatedRun& run) {
   for (const auto& interval : run.summary.saturated_intervals) {
     saturated.intervals.push_back({interval[0], interval[1], "feed at its largest"});
   }
+  ReportStrip bound{
+      "limited by", intervals_of(run, [](const Step& step) -> std::string {
+        return step.bound == 0 ? "" : control::name(static_cast<control::Bound>(step.bound));
+      })};
   std::vector<ReportStrip> strips = {material};
   // One line, or one mode throughout, is nothing to show.
-  for (const ReportStrip& strip : {line, mode}) {
+  for (const ReportStrip& strip : {line, mode, bound}) {
     if (strip.intervals.size() > 1) strips.push_back(strip);
   }
   if (!saturated.intervals.empty()) strips.push_back(saturated);
@@ -182,13 +187,23 @@ ReportTable table_for(const std::vector<SimulatedRun>& runs) {
       {"above limit", "s", 3, true, "time with the force above the limit"},
       {"removed", "mm3", 1},
       {"largest feed", "mm/s", 2, true}};
-  for (const SimulatedRun& run : runs) {
+  for (const RunRow& run : rows_of(runs, true)) {
     const simulate::Summary& s = run.summary;
-    table.rows.push_back({run.input.name, std::string(simulate::name(s.status)), s.cutting_time,
-                          s.mean_force, s.peak_force, s.time_above_limit,
-                          s.removed_volume / units::mm3, s.max_feed / units::mm_per_s});
+    table.rows.push_back({run.name, run.status, s.cutting_time, s.mean_force, s.peak_force,
+                          s.time_above_limit, s.removed_volume / units::mm3,
+                          s.max_feed / units::mm_per_s});
   }
   return table;
+}
+
+/// Of the variants of a run the one with the largest force is shown; other runs all are.
+bool worst_variant(const std::vector<SimulatedRun>& runs, const SimulatedRun& run) {
+  if (run.input.variant_of.empty()) return true;
+  const auto worse = [&](const SimulatedRun& other) {
+    return other.input.variant_of == run.input.variant_of &&
+           other.summary.peak_force > run.summary.peak_force;
+  };
+  return std::none_of(runs.begin(), runs.end(), worse);
 }
 
 ReportNote::Kind kind_of(bone::Obtained obtained) {
@@ -330,6 +345,16 @@ SignalsFile signals_of(const std::vector<SimulatedRun>& runs) {
     add(
         "mode", "1", [](const Step& s) { return s.mode; },
         "0 constant, 1 adaptive, 2 predictive, 3 stopped");
+    add(
+        "limited_by", "1", [](const Step& s) { return s.bound; },
+        "0 none, 1 largest feed, 2 force, 3 deflection, 4 feed per tooth, 5 temperature, "
+        "6 chatter");
+    if (run.heat) {
+      add(
+          "temperature", "degC",
+          [](const Step& s) { return s.temperature - thermal::kZeroCelsius; },
+          "of the hottest bone that stays");
+    }
     add("saturated", "1", [](const Step& s) { return s.saturated ? 1.0 : 0.0; });
     made.attributes["status"] = std::string(simulate::name(run.summary.status));
     made.attributes["cutting_time_s"] = run.summary.cutting_time;
@@ -382,6 +407,7 @@ ReportData report_of(const std::vector<SimulatedRun>& runs, const std::string& t
   scene.cutter = first.input.cutter.cutter;
   data.scene = scene;
   for (const SimulatedRun& run : runs) {
+    if (!worst_variant(runs, run)) continue;
     data.runs.push_back(run_of(run));
     if (const SimulatedRun* fixed = constant_feed_beside(runs, run)) compare(run, *fixed, data);
   }

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/thermal/thermal_dose.hpp"
@@ -27,6 +29,34 @@ Json job_of(const SimulatedRun& run) {
 std::string change(double from, double to) {
   if (!(from > 0.0)) return "";
   return fmt::format(" ({:+.0f} %)", 100.0 * (to - from) / from);
+}
+
+/// Seconds in contact under each limit of a law that plans; empty for other laws.
+std::vector<std::pair<std::string, double>> limited_by(const SimulatedRun& run) {
+  std::array<double, control::kBounds> times{};
+  for (const simulate::Step& step : run.steps) {
+    if (step.samples_in_contact > 0)
+      times[static_cast<std::size_t>(step.bound)] += run.input.controller.period;
+  }
+  std::vector<std::pair<std::string, double>> named;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (times[i] > 0.0) named.emplace_back(control::name(static_cast<control::Bound>(i)), times[i]);
+  }
+  return named;
+}
+
+std::string limits_sentence(const SimulatedRun& run) {
+  std::vector<std::string> parts;
+  for (const auto& [name, time] : limited_by(run))
+    parts.push_back(fmt::format("{} {:.1f} s", name, time));
+  return fmt::format("{}: feed limited by {}", run.input.name, fmt::join(parts, ", "));
+}
+
+/// Of the bone that stays, K; 0: not known.
+double hottest_that_stays(const SimulatedRun& run) {
+  double hottest = 0.0;
+  for (const simulate::Step& step : run.steps) hottest = std::max(hottest, step.temperature);
+  return hottest;
 }
 
 Json document_of(const SimulatedRun& run) {
@@ -59,6 +89,10 @@ Json document_of(const SimulatedRun& run) {
                         {"damaged_depth_mm", heat.damaged_depth / units::mm},
                         {"heat_in_bone_j", heat.heat_in_bone}};
   }
+  if (const auto limits = limited_by(run); !limits.empty()) {
+    Json& times = document["limited_by_s"] = Json::object();
+    for (const auto& [name, time] : limits) times[name] = time;
+  }
   document["steps"] = summary.steps;
   document["warnings"] = run.warnings;
   return document;
@@ -80,13 +114,52 @@ Json document_of(const std::vector<SimulatedRun>& runs, double wall_time) {
   return document;
 }
 
-std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& runs) {
+std::vector<RunRow> rows_of(const std::vector<SimulatedRun>& runs, bool grouped) {
+  std::vector<RunRow> rows;
+  for (std::size_t first = 0, last = 0; first < runs.size(); first = last) {
+    const std::string& group = runs[first].input.variant_of;
+    last = first + 1;
+    while (grouped && !group.empty() && last < runs.size() &&
+           runs[last].input.variant_of == group) {
+      ++last;
+    }
+    const double count = static_cast<double>(last - first);
+    RunRow row{runs[first].input.name, simulate::name(runs[first].summary.status),
+               runs[first].summary};
+    if (count > 1.0) {
+      row.name = fmt::format("{}, {} variants", group, last - first);
+      simulate::Summary& all = row.summary;
+      std::map<std::string, int> ends;
+      all = {};
+      for (std::size_t i = first; i < last; ++i) {
+        const simulate::Summary& one = runs[i].summary;
+        ++ends[simulate::name(one.status)];
+        all.cutting_time += one.cutting_time / count;
+        all.mean_force += one.mean_force / count;
+        all.removed_volume += one.removed_volume / count;
+        all.time_above_limit += one.time_above_limit;
+        all.peak_force = std::max(all.peak_force, one.peak_force);
+        all.max_feed = std::max(all.max_feed, one.max_feed);
+      }
+      row.status.clear();
+      for (const auto& [end, times] : ends) {
+        if (!row.status.empty()) row.status += ", ";
+        row.status += ends.size() == 1 ? end : fmt::format("{} {}", times, end);
+      }
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<std::vector<std::string>> table_of(const std::vector<SimulatedRun>& runs,
+                                               bool grouped) {
   std::vector<std::vector<std::string>> rows = {{"run", "status", "cutting time, s",
                                                  "mean force, N", "peak force, N", "above limit, s",
                                                  "removed, mm3", "largest feed, mm/s"}};
-  for (const SimulatedRun& run : runs) {
+  for (const RunRow& run : rows_of(runs, grouped)) {
     const simulate::Summary& s = run.summary;
-    rows.push_back({run.input.name, simulate::name(s.status), fmt::format("{:.1f}", s.cutting_time),
+    rows.push_back({run.name, run.status, fmt::format("{:.1f}", s.cutting_time),
                     fmt::format("{:.2f}", s.mean_force), fmt::format("{:.1f}", s.peak_force),
                     fmt::format("{:.3f}", s.time_above_limit),
                     fmt::format("{:.1f}", s.removed_volume / units::mm3),
@@ -118,6 +191,14 @@ std::vector<std::string> comparisons_of(const std::vector<SimulatedRun>& runs) {
         change(fixed.cutting_time, adapted.cutting_time), adapted.peak_force, fixed.peak_force,
         change(fixed.peak_force, adapted.peak_force), run.input.force_limit,
         adapted.time_above_limit, fixed.time_above_limit));
+  }
+  for (const SimulatedRun& run : runs) {
+    if (!run.input.variant_of.empty()) continue;
+    if (!limited_by(run).empty()) sentences.push_back(limits_sentence(run));
+    if (const double hottest = hottest_that_stays(run); hottest > 0.0) {
+      sentences.push_back(fmt::format("{}: the bone that stays gets {:.1f} °C hot", run.input.name,
+                                      hottest - thermal::kZeroCelsius));
+    }
   }
   for (const SimulatedRun& run : runs)
     if (run.finish) sentences.push_back(finish_sentence(run.input.name, *run.finish));

@@ -24,8 +24,9 @@ class SimulatedPlant final : public control::Plant {
 
   control::Observation start() override { return seen(milling_.report()); }
   control::Observation advance(const control::FeedCommand& command) override {
-    const simulate::Report report = milling_.advance(
-        {command.feed, static_cast<int>(command.mode), command.saturated, command.spindle_speed});
+    const simulate::Report report =
+        milling_.advance({command.feed, static_cast<int>(command.mode), command.saturated,
+                          command.spindle_speed, static_cast<int>(command.bound)});
     if (on_samples_) tell();
     return seen(report);
   }

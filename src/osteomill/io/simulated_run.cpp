@@ -44,21 +44,41 @@ simulate::Status status_of(control::LoopEnd end) {
 using Fresh = std::function<std::unique_ptr<simulate::Workpiece>()>;
 
 /// Finds the map by milling copies of what it shows, and makes the law that looks ahead in it.
-control::ModelPredictive law_of(const SimulateCase& input, const Fresh& fresh) {
+control::ModelPredictive law_of(const SimulateCase& input, const Fresh& fresh,
+                                const Progress& progress) {
   simulate::ForesightOptions options;
   options.fast_feed = input.controller.limits.highest;
   options.slow_feed = options.fast_feed / 6.0;
-  const simulate::Foresight found = simulate::foresee(fresh, input.machine, options);
+  if (input.temperature_limit) {
+    options.body_temperature = input.heat->field.initial_temperature;
+    if (input.machine.spindle) {
+      // The end of the range that is farther away says more.
+      const simulate::SpindleDrive& drive = *input.machine.spindle;
+      const double now = input.machine.spindle_speed;
+      options.other_speed = drive.highest / now > now / drive.lowest ? drive.highest : drive.lowest;
+    }
+  }
+  const simulate::Foresight found = simulate::foresee(fresh, input.machine, options, progress);
   // Displaced as the contacts are that the plant predicts.
   const auto shift =
       static_cast<std::ptrdiff_t>(std::lround(input.machine.map_offset / found.spacing));
-  control::Forecast forecast{found.spacing, found.gains, found.edges};
-  const auto count = static_cast<std::ptrdiff_t>(found.gains.size());
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const auto from = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i - shift, 0, count - 1));
-    forecast.gains[static_cast<std::size_t>(i)] = found.gains[from];
-    forecast.edges[static_cast<std::size_t>(i)] = found.edges[from];
-  }
+  const auto displaced = [&](const std::vector<double>& values) {
+    std::vector<double> moved(values.size());
+    const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
+    for (std::ptrdiff_t i = 0; i <= last; ++i) {
+      moved[static_cast<std::size_t>(i)] =
+          values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i - shift, 0, last))];
+    }
+    return moved;
+  };
+  const control::Forecast forecast{
+      found.spacing,
+      displaced(found.gains),
+      displaced(found.edges),
+      displaced(found.peak_gains),
+      displaced(found.peak_edges),
+      {options.slow_feed, options.fast_feed, options.other_speed, displaced(found.slow_rises),
+       displaced(found.fast_rises), displaced(found.other_rises)}};
   control::ModelPredictiveOptions law = input.predictive_options;
   law.limits.force = input.force_limit;
   law.map = input.map.trust;
@@ -66,14 +86,15 @@ control::ModelPredictive law_of(const SimulateCase& input, const Fresh& fresh) {
   law.period = input.controller.period;
   law.flutes = input.machine.flutes;
   law.spindle_speed = input.machine.spindle_speed;
-  law.chatter.depth = input.stock.profile.axial_depth;
   if (input.machine.spindle) {
     const simulate::SpindleDrive& drive = *input.machine.spindle;
     law.spindle = control::SpindleHandle{drive.lowest, drive.highest, drive.time_constant};
-    if (input.temperature_limit) law.spindle->temperature = *input.temperature_limit;
-    if (input.heat) law.spindle->body_temperature = input.heat->field.initial_temperature;
   }
-  return {law, std::move(forecast)};
+  if (input.temperature_limit) {
+    law.limits.temperature = *input.temperature_limit;
+    law.limits.body_temperature = options.body_temperature;
+  }
+  return {law, forecast};
 }
 
 /// `stock`: the workpiece again, where there is one to be kept in checkpoints.
@@ -138,12 +159,21 @@ void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const
   }
 }
 
-void mill_stock(const MadeStock& made, const Progress& progress, const RunOptions& how,
-                SimulatedRun& run) {
-  SimulateCase& input = run.input;
-  const MadeRegions regions = make_regions(input.regions, input.stock);
+/// What is milled, and how, in a stock.
+struct StockSetup {
+  MadeRegions regions;
+  MadePath path;
+  simulate::StockJob job;
+};
+
+/// Makes path and job, and the law where it looks ahead in the stock.
+StockSetup set_up(const MadeStock& made, const Progress& progress, SimulateCase& input) {
+  MadeRegions regions = make_regions(input.regions, input.stock);
   MadePath path = make_path(input.path, input.cutter.cutter, *made.stock, regions);
-  simulate::StockJob job{input.cutter.cutter, input.bone.law, path.path};
+  const workpiece::ToolPath tool_path = path.path;
+  StockSetup setup{
+      std::move(regions), std::move(path), {input.cutter.cutter, input.bone.law, tool_path}};
+  simulate::StockJob& job = setup.job;
   for (const workpiece::Move& move : job.path.moves()) {
     if (move.kind == workpiece::MoveKind::cut) input.machine.spindle_speed = move.spindle_speed;
   }
@@ -152,16 +182,42 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   job.fibre_at = made.fibre_at;
   job.sample_rate = input.machine.sample_rate;
   job.heat = input.heat;
-  job.no_go = regions.no_go;
+  job.no_go = setup.regions.no_go;
   if (input.model_predictive) {
-    simulate::StockJob cold = job;
-    cold.heat.reset();
-    cold.no_go.clear();
+    simulate::StockJob copy = job;
+    if (!input.temperature_limit) copy.heat.reset();
+    copy.no_go.clear();
     input.controller.law = law_of(
-        input, [&] { return std::make_unique<simulate::StockWorkpiece>(*made.stock, cold); });
+        input, [&] { return std::make_unique<simulate::StockWorkpiece>(*made.stock, copy); },
+        progress);
   }
   if (input.tool) job.tool = compliance_of(*input.tool);
-  simulate::StockWorkpiece workpiece(*made.stock, std::move(job));
+  return setup;
+}
+
+/// When the bone that stays got hotter than the limit, and what could not help it.
+void warn_of_limit(double limit, SimulatedRun& run) {
+  double hottest = 0.0, first = -1.0;
+  for (const simulate::Step& step : run.steps) {
+    hottest = std::max(hottest, step.temperature);
+    if (first < 0.0 && step.temperature > limit) first = step.time;
+  }
+  if (first < 0.0) return;
+  run.warnings.push_back(fmt::format(
+      "{}: bone that stays reached {:.0f} °C, above limits.temperature_c = {:g} from {:.2f} s on: "
+      "no feed{} within the other limits keeps it; a larger force or feed limit, a slower spindle "
+      "or irrigation would",
+      run.input.name, hottest - thermal::kZeroCelsius, limit - thermal::kZeroCelsius, first,
+      run.input.machine.spindle ? " and no speed of the spindle" : ""));
+}
+
+void mill_stock(const MadeStock& made, const Progress& progress, const RunOptions& how,
+                SimulatedRun& run) {
+  SimulateCase& input = run.input;
+  StockSetup setup = set_up(made, progress, input);
+  const MadeRegions& regions = setup.regions;
+  MadePath& path = setup.path;
+  simulate::StockWorkpiece workpiece(*made.stock, std::move(setup.job));
   run.before = made.stock;
   run.warnings = caveats_of(input.cutter, input.bone);
   const bone::ForceDensityLaw& by_density = input.bone.density;
@@ -187,6 +243,7 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
   mill(workpiece, &workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {
     run.heat = workpiece.heat()->summary();
+    if (input.temperature_limit) warn_of_limit(*input.temperature_limit, run);
     const double hottest = run.heat->hottest - thermal::kZeroCelsius;
     if (hottest > thermal::kBoilingCelsius) {
       run.warnings.push_back(fmt::format(
@@ -211,12 +268,16 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
 
 }  // namespace
 
-void settle_law(SimulateCase& input) {
-  if (!input.model_predictive || input.stock.kind != StockKind::line_profile) return;
+void settle_law(SimulateCase& input, const Progress& progress) {
+  if (!input.model_predictive) return;
+  if (input.stock.kind != StockKind::line_profile) {
+    set_up(make_stock(input.stock, input.bone), progress, input);
+    return;
+  }
   simulate::LineProfile shown = input.stock.profile;
   if (input.map.shows == BoneMapCase::Shows::plan) shown.variation.clear();
-  input.controller.law =
-      law_of(input, [&] { return std::make_unique<simulate::LineProfileWorkpiece>(shown); });
+  input.controller.law = law_of(
+      input, [&] { return std::make_unique<simulate::LineProfileWorkpiece>(shown); }, progress);
 }
 
 std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases,
@@ -231,7 +292,7 @@ std::vector<SimulatedRun> run_simulations(const std::vector<SimulateCase>& cases
     SimulatedRun run;
     run.input = cases[i];
     if (run.input.stock.kind == StockKind::line_profile) {
-      settle_law(run.input);
+      settle_law(run.input, share_of_all);
       simulate::LineProfileWorkpiece workpiece(run.input.stock.profile);
       mill(workpiece, nullptr, share_of_all, options, run);
     } else {

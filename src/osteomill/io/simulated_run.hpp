@@ -72,9 +72,9 @@ struct SimulatedRun {
   std::vector<std::string> warnings;              ///< what the reader of the result has to know
 };
 
-/// Makes the law of controller.kind = "model-predictive" from the map of a line profile; other
-/// cases are left alone. run_simulations does it, and for stocks too.
-void settle_law(SimulateCase& input);
+/// Makes the law of controller.kind = "model-predictive" from the map of its bone, as
+/// run_simulations does; other cases are left alone.
+void settle_law(SimulateCase& input, const Progress& progress = {});
 
 /// Runs the cases one after the other. When `progress` asks to stop, the run that was at work is
 /// kept as far as it came, with status `stopped`, and the rest is not begun.

@@ -167,6 +167,16 @@ BoneHeat::BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
   peak_.assign(cells.shape.count(), static_cast<float>(options.field.initial_temperature));
   dose_.assign(cells.shape.count(), 0.0f);
   hottest_ = options.field.initial_temperature;
+  hottest_now_ = hottest_;
+}
+
+void BoneHeat::watch(const workpiece::Stock& left) {
+  const geometry::GridShape& shape = field_.shape();
+  stays_.clear();
+  for (int z = 0; z < shape.size[2]; ++z)
+    for (int y = 0; y < shape.size[1]; ++y)
+      for (int x = 0; x < shape.size[0]; ++x)
+        stays_.push_back(share_of_bone(left, x, y, z) >= 0.5 ? 1 : 0);
 }
 
 double BoneHeat::share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const {
@@ -265,7 +275,7 @@ void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W,
 
 void BoneHeat::rest(double time) {
   field_.advance(time);
-  hottest_now_ = 0.0;
+  hottest_now_ = options_.field.initial_temperature;
   const geometry::GridShape& shape = field_.shape();
   std::size_t at = 0;
   for (int z = 0; z < shape.size[2]; ++z)
@@ -274,11 +284,11 @@ void BoneHeat::rest(double time) {
         if (!field_.is_bone(x, y, z)) continue;
         const double temperature = field_.temperature(x, y, z);
         peak_[at] = std::max(peak_[at], static_cast<float>(temperature));
-        hottest_now_ = std::max(hottest_now_, temperature);
+        hottest_ = std::max(hottest_, temperature);
+        if (stays_.empty() || stays_[at] != 0) hottest_now_ = std::max(hottest_now_, temperature);
         if (temperature > kDoseFrom)
           dose_[at] += static_cast<float>(thermal::cem43_minutes(temperature, time));
       }
-  hottest_ = std::max(hottest_, hottest_now_);
 }
 
 BoneHeatSummary BoneHeat::summary() const {

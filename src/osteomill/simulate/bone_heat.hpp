@@ -43,6 +43,10 @@ class BoneHeat {
   BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
            const workpiece::ToolPath& path, const BoneHeatOptions& options);
 
+  /// From now on hottest() is of bone that is in `left` too, the stock as the path will leave it:
+  /// what is cut takes its heat along.
+  void watch(const workpiece::Stock& left);
+
   /// One stretch of time in which the tip came to `tip_W`, with the tool frame's axes in W and what
   /// was done on each patch of the engagement's map, in its order.
   void advance(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
@@ -52,7 +56,7 @@ class BoneHeat {
   void rest(double time);
 
   const thermal::HeatField& field() const { return field_; }
-  double hottest() const { return hottest_now_; }  ///< of any bone now, K
+  double hottest() const { return hottest_now_; }  ///< of the bone now, see watch(), K
   BoneHeatSummary summary() const;
 
   /// See base/archive.hpp.
@@ -85,9 +89,10 @@ class BoneHeat {
   std::vector<Placed> placed_;  ///< of one step; keeps its memory
   std::vector<float> peak_;     ///< K
   std::vector<float> dose_;     ///< minutes
+  std::vector<char> stays_;     ///< of each cell: it will not be cut; empty: not known
   std::vector<std::array<int, 3>> cut_cells_;
-  double hottest_ = 0.0;      ///< so far, K
-  double hottest_now_ = 0.0;  ///< K
+  double hottest_ = 0.0;      ///< so far, of any bone, K
+  double hottest_now_ = 0.0;  ///< see hottest()
   double unplaced_heat_ = 0.0;
 };
 

@@ -181,6 +181,8 @@ Report Milling::end_period(const FeedRequest& request) {
   step.command = request.feed;
   step.mode = request.mode;
   step.saturated = request.saturated;
+  step.bound = request.bound;
+  step.temperature = workpiece_.temperature();
   step.feed = state_.value;
   step.spindle_speed = spindle_speed_;
   if (pieces_in_bone_ > 0) step.material /= pieces_in_bone_;

@@ -46,6 +46,7 @@ struct FeedRequest {
   int mode = 0;                ///< recorded as it is
   bool saturated = false;      ///< recorded as it is
   double spindle_speed = 0.0;  ///< rad/s; 0: the programmed one
+  int bound = 0;               ///< recorded as it is
 };
 
 /// What the sensor and the machine report at the end of a control period.
@@ -63,7 +64,7 @@ struct Report {
   double revolution_line = 0.0;  ///< at the spindle's frequency, N
   double to_contact = 0.0;
   double to_engagement = 0.0;
-  double temperature = 0.0;     ///< of the hottest bone now, K; 0: not worked out
+  double temperature = 0.0;     ///< see Workpiece
   double no_go_distance = 0.0;  ///< m; infinite when there is no region
   bool finished = false;
 };
@@ -94,7 +95,9 @@ struct Step {
   double last_contact = 0.0;   ///< meaningful when samples_in_contact > 0
   int mode = 0;
   bool saturated = false;
-  bool rapid = false;  ///< the tool ends in a move that is no cut
+  int bound = 0;             ///< of FeedRequest
+  double temperature = 0.0;  ///< at the end, of Workpiece, K; 0: not worked out
+  bool rapid = false;        ///< the tool ends in a move that is no cut
 
   /// See base/archive.hpp.
   template <class Archive>
@@ -102,7 +105,7 @@ struct Step {
     a(time, position, line, tip_W, axis_W, command, feed, spindle_speed, mean_force_W, mean_force,
       peak_force, mean_torque, removed_volume, contact_length, material, feed_work, spindle_work,
       time_above_limit, sum_force, samples_in_contact, first_contact, last_contact, mode, saturated,
-      rapid);
+      bound, temperature, rapid);
   }
 };
 

@@ -59,12 +59,17 @@ cutting::Load at_angle(const cutting::Revolution& revolution, double angle) {
 StockWorkpiece::StockWorkpiece(workpiece::Stock stock, StockJob job)
     : stock_(std::move(stock)),
       job_(checked(std::move(job))),
-      contact_(stock_, job_.cutter, job_.path),
+      left_(job_.heat ? std::make_unique<workpiece::Stock>(stock_) : nullptr),
+      contact_(stock_, job_.cutter, job_.path, 0.0, left_.get()),
       remover_(stock_, job_.cutter),
       patches_(workpiece::patches_for(job_.cutter, stock_.spacing())),
       force_(job_.cutter, job_.law, patches_.angles, patches_.slices, patches_.slice_height),
       lines_(lines_of(job_.path)) {
-  if (job_.heat) heat_.emplace(stock_, job_.cutter, job_.path, *job_.heat);
+  if (job_.heat) {
+    heat_.emplace(stock_, job_.cutter, job_.path, *job_.heat);
+    heat_->watch(*left_);
+    left_.reset();
+  }
   if (job_.heat && cutting::has_edge_force(job_.law)) {
     edge_force_.emplace(job_.cutter, cutting::edge_part(job_.law), patches_.angles, patches_.slices,
                         patches_.slice_height);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -100,6 +101,7 @@ class StockWorkpiece final : public Workpiece {
 
   workpiece::Stock stock_;
   StockJob job_;
+  std::unique_ptr<workpiece::Stock> left_;  ///< by the path; null once the heat knows it
   workpiece::ContactMap contact_;
   workpiece::Remover remover_;
   workpiece::PatchGrid patches_;

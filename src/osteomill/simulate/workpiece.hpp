@@ -56,7 +56,8 @@ class Workpiece {
   virtual double next_start(double /*from*/, double to) const { return to; }
   /// Moves the tool, removes what it meets, and fills `cut` (its vectors are sized already).
   virtual void mill(const Motion& motion, Cut& cut) = 0;
-  /// Of the hottest bone now, K; 0 where temperatures are not worked out.
+  /// Of the hottest bone now that the path will not cut away, K; 0 where temperatures are not
+  /// worked out.
   virtual double temperature() const { return 0.0; }
   /// From the tool, where it came to, to the nearest no-go region, m: no more than it really is.
   virtual double no_go_distance() const { return std::numeric_limits<double>::infinity(); }

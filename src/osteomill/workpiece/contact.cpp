@@ -40,7 +40,7 @@ std::string in_mm(const Vector3& p) {
 }  // namespace
 
 ContactMap::ContactMap(Stock stock, const cutting::Cutter& cutter, const ToolPath& path,
-                       double step) {
+                       double step, Stock* left) {
   if (step == 0.0) step = stock.spacing();
   require_positive("path.contact_step_mm", step / units::mm, "mm");
   RemoverOptions options;
@@ -98,6 +98,7 @@ ContactMap::ContactMap(Stock stock, const cutting::Cutter& cutter, const ToolPat
     });
     stretch.engaged = full == frontal_.end() ? stretch.end : full->arc_length;
   }
+  if (left != nullptr) *left = std::move(stock);
 }
 
 const ContactMap::Stretch* ContactMap::at_or_after(double arc_length) const {

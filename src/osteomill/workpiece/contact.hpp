@@ -16,7 +16,9 @@ class ContactMap {
  public:
   /// `step` is the resolution along the path, m; 0 means one voxel. Throws InvalidInput when the
   /// path never touches the stock, and when a rapid goes through bone (all such moves are named).
-  ContactMap(Stock stock, const cutting::Cutter& cutter, const ToolPath& path, double step = 0.0);
+  /// `left` becomes the stock as the whole path leaves it; null: not asked for.
+  ContactMap(Stock stock, const cutting::Cutter& cutter, const ToolPath& path, double step = 0.0,
+             Stock* left = nullptr);
 
   /// A stretch of path on which bone is cut all the way, gaps of less than a cutter radius without
   /// contact counted in.

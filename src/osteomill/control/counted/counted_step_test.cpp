@@ -109,8 +109,17 @@ std::vector<std::pair<std::string, FeedController>> controllers() {
   add("mean", SugitaLoop{.reading = SumReading::mean});
   add("sum", SugitaLoop{.reading = SumReading::sum});
   add("model-adaptive", ModelAdaptive({}));
-  add("model-predictive", ModelPredictive({}, {0.1e-3, std::vector<double>(2000, 3e3),
-                                               std::vector<double>(2000, 1.0)}));
+  const std::vector<double> gains(2000, 3e3), edges(2000, 1.0), rises(2000, 30.0);
+  Forecast map{0.1e-3, gains, edges, gains, edges};
+  add("model-predictive", ModelPredictive({}, map));
+  // All of its limits and handles.
+  map.heat = {2e-3, 12e-3, 900.0, std::vector<double>(2000, 60.0), rises, rises};
+  ModelPredictiveOptions options;
+  options.limits = {30.0, 25.0, 0.1e-3, 330.15};
+  options.spindle_speed = 600.0;
+  options.spindle = SpindleHandle{400.0, 900.0, 0.2};
+  options.chatter = {{{400.0, 9e-3}, {900.0, 5e-3}}, 3000.0, 5e-3, 1.2};
+  add("model-predictive, every limit", ModelPredictive(options, map));
   return all;
 }
 
