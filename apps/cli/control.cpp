@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <memory>
 
 #include "command.hpp"
@@ -236,6 +237,7 @@ void run(const Arguments& arguments) {
 
   if (arguments.common.format == Format::table) {
     fmt::print("{}\n", io::supervisor_sentence(cases));
+    std::fflush(stdout);  // before the view on the other stream
   }
   Around around;
   const io::RunOptions options = options_of(arguments, around);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "osteomill/base/error.hpp"
@@ -15,23 +16,26 @@ namespace {
 const double kCritical = 2.0 * std::pow(std::sin(std::numbers::pi / 10.0), 2);  // 0.190983
 
 /// Largest |eigenvalue| of the closed loop written out in time: two servo states, the accumulator,
-/// the five taps. Independent of the frequency response.
-double spectral_radius(const LinearPlant& plant, double gain) {
+/// the five taps and what the delay keeps. Independent of the frequency response. A gain that is
+/// complex turns the loop by its angle, at every frequency alike.
+double spectral_radius(const LinearPlant& plant, std::complex<double> gain) {
   const numerics::HeldLag held(*plant.servo, plant.period);
-  const double loop = gain * plant.force_gain;
-  // State: servo value and rate, v_ref, mean feeds of the last five periods, newest first.
-  Eigen::Matrix<double, 8, 8> a = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::RowVector<double, 8> reference = Eigen::RowVector<double, 8>::Zero();
+  const std::complex<double> loop = gain * plant.force_gain;
+  // State: servo value and rate, v_ref, mean feeds of the last periods, newest first.
+  const int waits = plant.delay_updates - 1;
+  const int count = 8 + waits;
+  Eigen::MatrixXcd a = Eigen::MatrixXcd::Zero(count, count);
+  Eigen::RowVectorXcd reference = Eigen::RowVectorXcd::Zero(count);
   reference[2] = 1.0;
-  reference.segment<5>(3).array() -= loop;
-  const Eigen::Matrix3d& f = held.transition();
-  const Eigen::Vector3d& b = held.input();
-  a.block<2, 2>(0, 0) = f.bottomRightCorner<2, 2>();
-  a.topRows<2>() += b.tail<2>() * reference;
+  reference.segment(3 + waits, 5).array() -= loop;
+  const Eigen::Matrix3cd f = held.transition().cast<std::complex<double>>();
+  const Eigen::Vector3cd b = held.input().cast<std::complex<double>>();
+  a.block(0, 0, 2, 2) = f.bottomRightCorner(2, 2);
+  a.topRows(2) += b.tail(2) * reference;
   a.row(2) = reference;
-  a.block<1, 2>(3, 0) = f.row(0).tail<2>() / plant.period;
+  a.block(3, 0, 1, 2) = f.row(0).tail(2) / plant.period;
   a.row(3) += b[0] / plant.period * reference;
-  for (int tap = 4; tap < 8; ++tap) a(tap, tap - 1) = 1.0;
+  for (int tap = 4; tap < count; ++tap) a(tap, tap - 1) = 1.0;
   return a.eigenvalues().cwiseAbs().maxCoeff();
 }
 
@@ -51,6 +55,24 @@ TEST(Margins, AtTheCriticalGainTheClosedLoopHasAnEigenvalueOnTheUnitCircle) {
     EXPECT_NEAR(spectral_radius(plant, critical), 1.0, 1e-9) << w;
     EXPECT_LT(spectral_radius(plant, 0.98 * critical), 1.0) << w;
     EXPECT_GT(spectral_radius(plant, 1.02 * critical), 1.0) << w;
+  }
+}
+
+TEST(Margins, GainAndPhaseMarginBringTheLoopInTimeToTheUnitCircleForSoftAndHardBone) {
+  for (const double bone : {620.0, 3250.0, 14300.0}) {
+    for (const int delay : {1, 3}) {
+      const LinearPlant plant{bone, numerics::SecondOrderLag{118.0, 0.7}, 10e-3, delay};
+      SugitaLoop loop;
+      const double gain = gain_on_sum(loop, 0.3 * loop.gain_up);  // stable in all of them
+      const Margins found = margins(plant, gain);
+      const auto turned = [&](double angle) {
+        return spectral_radius(plant, std::polar(gain, -angle));
+      };
+      EXPECT_NEAR(spectral_radius(plant, found.gain_margin * gain), 1.0, 1e-9) << bone;
+      EXPECT_NEAR(turned(found.phase_margin), 1.0, 1e-9) << bone << " " << delay;
+      EXPECT_LT(turned(0.98 * found.phase_margin), 1.0) << bone << " " << delay;
+      EXPECT_GT(turned(1.02 * found.phase_margin), 1.0) << bone << " " << delay;
+    }
   }
 }
 

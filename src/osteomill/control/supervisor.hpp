@@ -33,13 +33,13 @@ const char* name(Cause cause);
 
 /// What the supervisor allows. Its limits are its own: they do not come from the controller.
 struct SupervisorLimits {
-  double force = 150.0;         ///< N
-  double torque = 2.0;          ///< N m
-  double force_rate = 1.5e4;    ///< N/s
-  double breakage_force = 5.0;  ///< N; below it no line of the spectrum means anything
-  int breakage_periods = 3;     ///< in a row
-  double stall_feed = 0.05e-3;  ///< slower than this is no motion, m/s
-  double stall_time = 0.5;      ///< s
+  double force = 150.0;          ///< N
+  double torque = 2.0;           ///< N m
+  double force_rate = 1.5e4;     ///< N/s
+  double breakage_force = 5.0;   ///< N; below it no line of the spectrum means anything
+  int breakage_periods = 3;      ///< in a row
+  double stall_feed = 0.05e-3;   ///< slower than this is no motion, m/s
+  double stall_time = 0.5;       ///< s
   double temperature = 320.15;   ///< K: 47 °C, [sugita2009] and the threshold of bone
   double no_go_margin = 0.5e-3;  ///< m
   double highest_feed = 12e-3;   ///< m/s
