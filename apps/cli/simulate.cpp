@@ -145,8 +145,8 @@ void run(const CaseArguments& arguments, const KeepArguments& keep) {
 void print_runs(Format format, const std::vector<io::SimulatedRun>& runs,
                 const nlohmann::ordered_json& document, const std::vector<std::string>& more) {
   std::set<std::string> said;  // runs of one bone have the same warnings
-  for (const io::SimulatedRun& done : runs) {
-    for (const std::string& warning : done.warnings) {
+  for (const io::SimulatedRun& run : runs) {
+    for (const std::string& warning : run.warnings) {
       if (said.insert(warning).second) warn(warning);
     }
   }
