@@ -33,14 +33,15 @@ std::string change(double from, double to) {
 
 /// Seconds in contact under each limit of a law that plans; empty for other laws.
 std::vector<std::pair<std::string, double>> limited_by(const SimulatedRun& run) {
-  std::array<double, control::kBounds> times{};
+  std::array<int, control::kBounds> periods{};
   for (const simulate::Step& step : run.steps) {
-    if (step.samples_in_contact > 0)
-      times[static_cast<std::size_t>(step.bound)] += run.input.controller.period;
+    if (step.samples_in_contact > 0) ++periods[static_cast<std::size_t>(step.bound)];
   }
   std::vector<std::pair<std::string, double>> named;
-  for (std::size_t i = 1; i < times.size(); ++i) {
-    if (times[i] > 0.0) named.emplace_back(control::name(static_cast<control::Bound>(i)), times[i]);
+  for (std::size_t i = 1; i < periods.size(); ++i) {
+    if (periods[i] > 0)
+      named.emplace_back(control::name(static_cast<control::Bound>(i)),
+                         periods[i] * run.input.controller.period);
   }
   return named;
 }
