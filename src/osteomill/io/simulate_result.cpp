@@ -60,6 +60,10 @@ double hottest_that_stays(const SimulatedRun& run) {
   return hottest;
 }
 
+Json json_of(const simulate::Damage& damage) {
+  return {{"volume_mm3", damage.volume / units::mm3}, {"depth_mm", damage.depth / units::mm}};
+}
+
 Json document_of(const SimulatedRun& run) {
   const simulate::Summary& summary = run.summary;
   Json document = {{"name", run.input.name},
@@ -86,8 +90,10 @@ Json document_of(const SimulatedRun& run) {
     document["heat"] = {{"hottest_bone_c", heat.hottest - thermal::kZeroCelsius},
                         {"hottest_bone_left_c", heat.hottest_left - thermal::kZeroCelsius},
                         {"largest_dose_cem43_min", heat.largest_dose},
-                        {"damaged_volume_mm3", heat.damaged_volume / units::mm3},
-                        {"damaged_depth_mm", heat.damaged_depth / units::mm},
+                        {"damaged_volume_mm3", heat.by_dose.volume / units::mm3},
+                        {"damaged_depth_mm", heat.by_dose.depth / units::mm},
+                        {"beyond_47c_60s", json_of(heat.by_47c_60s)},
+                        {"beyond_50c_30s", json_of(heat.by_50c_30s)},
                         {"heat_in_bone_j", heat.heat_in_bone}};
   }
   if (const auto limits = limited_by(run); !limits.empty()) {

@@ -227,6 +227,11 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
         "compressive strength does; no measured law of cutting force against density was found",
         by_density.reference.value, by_density.exponent.value));
   }
+  const cutting::RunOut& run_out = input.cutter.cutter.run_out;
+  if (run_out.offset != 0.0 || run_out.tilt != 0.0) {
+    run.warnings.emplace_back(
+        "the run-out of the cutter counts in the forces only: bone is removed as if it ran true");
+  }
   run.warnings.insert(run.warnings.end(), made.remarks.begin(), made.remarks.end());
   run.warnings.insert(run.warnings.end(), regions.remarks.begin(), regions.remarks.end());
   run.stock = made.report;

@@ -166,6 +166,7 @@ BoneHeat::BoneHeat(const workpiece::Stock& stock, const cutting::Cutter& cutter,
   first_voxel_ = cells.first;
   peak_.assign(cells.shape.count(), static_cast<float>(options.field.initial_temperature));
   dose_.assign(cells.shape.count(), 0.0f);
+  above_47_ = above_50_ = dose_;
   hottest_ = options.field.initial_temperature;
   hottest_now_ = hottest_;
 }
@@ -286,9 +287,35 @@ void BoneHeat::rest(double time) {
         peak_[at] = std::max(peak_[at], static_cast<float>(temperature));
         hottest_ = std::max(hottest_, temperature);
         if (stays_.empty() || stays_[at] != 0) hottest_now_ = std::max(hottest_now_, temperature);
-        if (temperature > kDoseFrom)
-          dose_[at] += static_cast<float>(thermal::cem43_minutes(temperature, time));
+        if (temperature < kDoseFrom) continue;
+        dose_[at] += static_cast<float>(thermal::cem43_minutes(temperature, time));
+        if (temperature >= thermal::k47For60s.temperature)
+          above_47_[at] += static_cast<float>(time);
+        if (temperature >= thermal::k50For30s.temperature)
+          above_50_[at] += static_cast<float>(time);
       }
+}
+
+/// Bone left with a value of the limit or more.
+Damage BoneHeat::beyond(const std::vector<float>& values, double limit) const {
+  Damage damage;
+  const geometry::GridShape& shape = field_.shape();
+  double deepest_sq = 0.0;
+  std::size_t at = 0;
+  for (int z = 0; z < shape.size[2]; ++z)
+    for (int y = 0; y < shape.size[1]; ++y)
+      for (int x = 0; x < shape.size[0]; ++x, ++at) {
+        if (!field_.is_bone(x, y, z) || static_cast<double>(values[at]) < limit) continue;
+        damage.volume += shape.voxel_volume();
+        double nearest_sq = std::numeric_limits<double>::infinity();
+        for (const std::array<int, 3>& cut : cut_cells_)
+          nearest_sq =
+              std::min(nearest_sq, (Vector3(x - cut[0], y - cut[1], z - cut[2])).squaredNorm());
+        if (std::isfinite(nearest_sq)) deepest_sq = std::max(deepest_sq, nearest_sq);
+      }
+  // From the centre of a cell to that of the next cut one: half a cell of each.
+  if (deepest_sq > 0.0) damage.depth = (std::sqrt(deepest_sq) - 0.5) * shape.spacing.x();
+  return damage;
 }
 
 BoneHeatSummary BoneHeat::summary() const {
@@ -298,26 +325,19 @@ BoneHeatSummary BoneHeat::summary() const {
   summary.heat_in_bone = field_.added_energy();
   summary.unplaced_heat = unplaced_heat_;
   const geometry::GridShape& shape = field_.shape();
-  double deepest_sq = 0.0;
   std::size_t at = 0;
   for (int z = 0; z < shape.size[2]; ++z)
     for (int y = 0; y < shape.size[1]; ++y)
       for (int x = 0; x < shape.size[0]; ++x, ++at) {
         if (!field_.is_bone(x, y, z)) continue;
         summary.hottest_left = std::max(summary.hottest_left, static_cast<double>(peak_[at]));
-        const double dose = static_cast<double>(dose_[at]);
-        summary.largest_dose = std::max(summary.largest_dose, dose);
-        if (dose < thermal::kBoneDamageCem43) continue;
-        summary.damaged_volume += shape.voxel_volume();
-        double nearest_sq = std::numeric_limits<double>::infinity();
-        for (const std::array<int, 3>& cut : cut_cells_)
-          nearest_sq =
-              std::min(nearest_sq, (Vector3(x - cut[0], y - cut[1], z - cut[2])).squaredNorm());
-        if (std::isfinite(nearest_sq)) deepest_sq = std::max(deepest_sq, nearest_sq);
+        summary.largest_dose = std::max(summary.largest_dose, static_cast<double>(dose_[at]));
       }
-  // From the centre of a cell to that of the next cut one: half a cell of each.
-  summary.damaged_depth =
-      deepest_sq > 0.0 ? (std::sqrt(deepest_sq) - 0.5) * shape.spacing.x() : 0.0;
+  summary.by_dose = beyond(dose_, thermal::kBoneDamageCem43);
+  // Sums of many periods in single precision.
+  const double least = 1.0 - 1e-5;
+  summary.by_47c_60s = beyond(above_47_, least * thermal::k47For60s.time);
+  summary.by_50c_30s = beyond(above_50_, least * thermal::k50For30s.time);
   return summary;
 }
 

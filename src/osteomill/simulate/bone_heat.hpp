@@ -21,15 +21,22 @@ struct BoneHeatOptions {
   thermal::PartitionOptions partition;
 };
 
+/// Bone that is left and beyond a limit.
+struct Damage {
+  double volume = 0.0;  ///< m³
+  double depth = 0.0;   ///< its largest distance from what was cut, m
+};
+
 /// What heat did to the bone; temperatures in K.
 struct BoneHeatSummary {
-  double hottest = 0.0;         ///< of any bone at any time, what was cut later included
-  double hottest_left = 0.0;    ///< of the bone that is left, at any time
-  double largest_dose = 0.0;    ///< of the bone that is left, equivalent minutes at 43 °C
-  double damaged_volume = 0.0;  ///< of bone left with a dose of kBoneDamageCem43 or more, m³
-  double damaged_depth = 0.0;   ///< its largest distance from what was cut, m
-  double heat_in_bone = 0.0;    ///< put into bone, J
-  double unplaced_heat = 0.0;   ///< that found no bone beside the cutter, J
+  double hottest = 0.0;        ///< of any bone at any time, what was cut later included
+  double hottest_left = 0.0;   ///< of the bone that is left, at any time
+  double largest_dose = 0.0;   ///< of the bone that is left, equivalent minutes at 43 °C
+  Damage by_dose;              ///< kBoneDamageCem43
+  Damage by_47c_60s;           ///< the same by 47 °C for 60 s
+  Damage by_50c_30s;           ///< and by 50 °C for 30 s
+  double heat_in_bone = 0.0;   ///< put into bone, J
+  double unplaced_heat = 0.0;  ///< that found no bone beside the cutter, J
 };
 
 /// The temperature of a stock while it is milled, on cells of several voxels around the path.
@@ -62,7 +69,8 @@ class BoneHeat {
   /// See base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(field_, peak_, dose_, cut_cells_, hottest_, hottest_now_, unplaced_heat_);
+    a(field_, peak_, dose_, above_47_, above_50_, cut_cells_, hottest_, hottest_now_,
+      unplaced_heat_);
   }
 
  private:
@@ -75,6 +83,7 @@ class BoneHeat {
               std::span<const thermal::PatchCut> patches);
   void make_patches(const cutting::Engagement& engagement);
   double share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const;
+  Damage beyond(const std::vector<float>& values, double limit) const;
 
   cutting::Cutter cutter_;
   BoneHeatOptions options_;
@@ -86,10 +95,11 @@ class BoneHeat {
     std::array<int, 3> cell;
     double heat;
   };
-  std::vector<Placed> placed_;  ///< of one step; keeps its memory
-  std::vector<float> peak_;     ///< K
-  std::vector<float> dose_;     ///< minutes
-  std::vector<char> stays_;     ///< of each cell: it will not be cut; empty: not known
+  std::vector<Placed> placed_;              ///< of one step; keeps its memory
+  std::vector<float> peak_;                 ///< K
+  std::vector<float> dose_;                 ///< minutes
+  std::vector<char> stays_;                 ///< of each cell: it will not be cut; empty: not known
+  std::vector<float> above_47_, above_50_;  ///< °C, s
   std::vector<std::array<int, 3>> cut_cells_;
   double hottest_ = 0.0;      ///< so far, of any bone, K
   double hottest_now_ = 0.0;  ///< see hottest()

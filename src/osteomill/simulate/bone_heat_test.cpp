@@ -8,6 +8,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/thermal/thermal_dose.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
 #include "osteomill/workpiece/remover.hpp"
 
@@ -88,12 +89,12 @@ TEST(BoneHeat, IsLessWithThickerChipsAndIrrigationMoreWithPower) {
 TEST(BoneHeat, FindsTheDamageBesideTheCut) {
   const Outcome burnt = mill(300.0, 1 * mm, 10.0);
   EXPECT_GT(burnt.summary.hottest_left, 330.0);
-  EXPECT_GT(burnt.summary.damaged_volume, 0.0);
-  EXPECT_GT(burnt.summary.damaged_depth, 0.2 * mm);
-  EXPECT_LT(burnt.summary.damaged_depth, 5 * mm);
+  EXPECT_GT(burnt.summary.by_dose.volume, 0.0);
+  EXPECT_GT(burnt.summary.by_dose.depth, 0.2 * mm);
+  EXPECT_LT(burnt.summary.by_dose.depth, 5 * mm);
   const Outcome gentle = mill(0.5, 4 * mm, 10.0);
-  EXPECT_EQ(gentle.summary.damaged_volume, 0.0);
-  EXPECT_EQ(gentle.summary.damaged_depth, 0.0);
+  EXPECT_EQ(gentle.summary.by_dose.volume, 0.0);
+  EXPECT_EQ(gentle.summary.by_dose.depth, 0.0);
 }
 
 TEST(BoneHeat, MaterialGoesFromCancellousToCortical) {
@@ -110,6 +111,32 @@ TEST(BoneHeat, RefusesTooFineAField) {
   EXPECT_THROW(BoneHeat(stock, cutter(), slot(), options), InvalidInput);
   options.spacing = -1.0;
   EXPECT_THROW(BoneHeat(stock, cutter(), slot(), options), InvalidInput);
+}
+
+TEST(BoneHeat, CountsTheTimeAboveEachLimit) {
+  // A block at one temperature, no air around it that cools.
+  const workpiece::Stock stock = workpiece::block({0, -6 * mm, -8 * mm}, {15 * mm, 6 * mm, 0},
+                                                  {1900.0, 1.0}, 0.3 * mm, 1 * mm);
+  const auto after = [&](double celsius, double seconds) {
+    BoneHeatOptions options;
+    options.spacing = 0.6 * mm;
+    options.field.initial_temperature = celsius + thermal::kZeroCelsius;
+    options.field.blood_temperature = options.field.initial_temperature;
+    options.field.convection = 0.0;
+    BoneHeat heat(stock, cutter(), slot(), options);
+    for (int k = 0; k < 10; ++k) heat.rest(seconds / 10);
+    return heat.summary();
+  };
+  // 48.5 °C for a time: 45.25 equivalent minutes a minute.
+  EXPECT_EQ(after(48.5, 59.0).by_47c_60s.volume, 0.0);
+  EXPECT_GT(after(48.5, 60.0).by_47c_60s.volume, 0.0);
+  EXPECT_EQ(after(48.5, 60.0).by_50c_30s.volume, 0.0);
+  EXPECT_EQ(after(50.5, 29.0).by_50c_30s.volume, 0.0);
+  EXPECT_GT(after(50.5, 30.0).by_50c_30s.volume, 0.0);
+  // 46.9 °C for two minutes are 30 equivalent ones: dead by the dose, not by the others.
+  const BoneHeatSummary long_and_warm = after(46.9, 120.0);
+  EXPECT_GT(long_and_warm.by_dose.volume, 0.0);
+  EXPECT_EQ(long_and_warm.by_47c_60s.volume, 0.0);
 }
 
 }  // namespace

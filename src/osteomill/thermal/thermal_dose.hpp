@@ -20,4 +20,13 @@ inline double cem43_minutes(double temperature, double time) {
 /// limit of [eriksson1983]. 50 °C for 30 s is four times as much.
 inline constexpr double kBoneDamageCem43 = 16.0;
 
+/// Limits in its place: a temperature, K, that bone must not have for longer than a time, s, all
+/// times above it together. [eriksson1983] and, for 50 °C, [lundskog1972].
+struct ThermalLimit {
+  double temperature = 0.0;
+  double time = 0.0;
+};
+inline constexpr ThermalLimit k47For60s{kZeroCelsius + 47.0, 60.0};
+inline constexpr ThermalLimit k50For30s{kZeroCelsius + 50.0, 30.0};
+
 }  // namespace osteomill::thermal
