@@ -219,9 +219,9 @@ void analyse_with_subjects(const Slice& slice, std::optional<bool> normal, Study
 std::string normality_note() {
   return fmt::format(
       "With normal errors the intervals held the truth in 93-97 % of simulated studies; more often "
-      "those of operators' components that the data hardly tell from zero, those of an SD without "
-      "normality from few cuts, and those of a share outside where few operators are off by a mean "
-      "far from zero (up to 99 %). Few cuts hide what a test of normality would reject: {}. The "
+      "those of components from two operators, and those of a share outside where few operators "
+      "are off by a mean far from zero (up to 99 %). Few cuts hide what a test of normality would "
+      "reject: {}. The "
       "intervals of an SD without normality have beside them what they held for as many cuts.",
       kCoverageIfNotNormal);
 }

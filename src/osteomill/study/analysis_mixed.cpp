@@ -192,6 +192,19 @@ std::vector<AdjustedMean> adjusted_means_with_subjects(const Slice& slice, doubl
     const MixedModelEstimate e = estimate_contrast(data, fit, contrast, confidence);
     means.push_back({cell.levels[static_cast<size_t>(k)], e.value, e.standard_error, e.interval,
                      static_cast<int>(std::count(cell.level.begin(), cell.level.end(), k))});
+    if (slice.subject->levels.size() > 2 || slice.covariates.size() != 1) continue;
+    // Of two operators: the cell's own line at the covariate's mean.
+    const Slice part = subset(slice, rows_at(cell, static_cast<int>(k)));
+    if (part.subject->levels.size() < 2) continue;
+    Covariate centred = part.covariates.front();
+    centred.value.array() -= slice.covariates.front().value.mean();
+    RandomLine line;
+    set_intercept_of_two(part, centred, confidence, line);
+    if (!line.intercept_interval) continue;
+    const double half = line.intercept_interval->high - line.intercept;
+    means.back().mean = line.intercept;
+    means.back().interval = *line.intercept_interval;
+    means.back().standard_error = half / numerics::student_t_quantile(0.5 + 0.5 * confidence, 1.0);
   }
   return means;
 }

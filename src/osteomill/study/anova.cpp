@@ -62,6 +62,10 @@ Sphericity test_sphericity(const std::string& term, const Eigen::MatrixXd& error
   const double log_w =
       Eigen::PartialPivLU<Eigen::MatrixXd>(scaled).matrixLU().diagonal().array().abs().log().sum();
   s.w = std::exp(log_w);
+  if (!std::isfinite(log_w)) {  // contrasts without an error of their own: anything but spherical
+    s.p = 0.0;
+    return s;
+  }
   const double rho = 1.0 - (2.0 * d * d + d + 2.0) / (6.0 * d * n);
   const double w2 = (d + 2.0) * (d - 1.0) * (d - 2.0) *
                     (2.0 * d * d * d + 6.0 * d * d + 3.0 * d + 2.0) /

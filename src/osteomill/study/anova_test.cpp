@@ -109,6 +109,18 @@ TEST(Sphericity, HoldsExactlyForOneVarianceOfAllDifferences) {
   EXPECT_NEAR(anova.rows[0].corrections[0].p, anova.rows[0].p, 1e-12);
 }
 
+// As where a bootstrap draws the same two subjects over and over.
+TEST(Sphericity, IsRefusedWhereAContrastHasNoErrorOfItsOwn) {
+  RepeatedMeasures data;
+  data.y.resize(6, 3);
+  for (Eigen::Index i = 0; i < 6; ++i) data.y.row(i) << 0.0, i % 2 == 0 ? 1.0 : 3.0, 0.0;
+  data.within = {make_factor("technique", {0, 1, 2})};
+  const Anova anova = analyse_variance(data);
+  ASSERT_EQ(anova.sphericity.size(), 1u);
+  EXPECT_NEAR(anova.sphericity[0].w, 0.0, 1e-12);
+  EXPECT_NEAR(anova.sphericity[0].p, 0.0, 1e-12);
+}
+
 TEST(Sphericity, IsNotTestedWithTooFewSubjects) {
   RepeatedMeasures data = random_study(4);
   data.y.conservativeResize(3, 6);
