@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "osteomill/workpiece/lanes.hpp"
+
 namespace osteomill::workpiece {
 
 namespace {
@@ -168,7 +170,11 @@ void PoseSwath::walk(int y, int z, int first, int last) {
       open = false;
       continue;
     }
-    if (!open) runs_.push_back({y, x, x, fresh_.size()});
+    if (!open) {
+      fresh_.resize(up_to_eight(fresh_.size()), Swath::kNothing);
+      runs_.push_back({y, x, x, fresh_.size()});
+      fresh_.resize(fresh_.size() + static_cast<std::size_t>(x % 8), Swath::kNothing);
+    }
     open = true;
     runs_.back().last = x;
     fresh_.push_back(occupancy_at(d));
@@ -176,7 +182,7 @@ void PoseSwath::walk(int y, int z, int first, int last) {
   }
 }
 
-void PoseSwath::list(int z, std::span<const std::uint32_t> row_units) {
+bool PoseSwath::list(int z, std::span<const std::int64_t> row_units) {
   runs_.clear();
   fresh_.clear();
   const Vector3& a = middle_.axis_W;
@@ -199,7 +205,7 @@ void PoseSwath::list(int z, std::span<const std::uint32_t> row_units) {
       static_cast<int>(std::floor(std::min(shape_.size[1] - 1.0, std::max(y0, y1) + disk_y)));
   const double across = 1.0 - a.x() * a.x();
   for (int y = first_y; y <= last_y; ++y) {
-    if (row_units[static_cast<std::size_t>(y)] == 0) continue;
+    if (row_units[static_cast<std::size_t>(y / 8)] == 0) continue;
     // x with |w + x e|² - (a·(w + x e))² <= reach² and a·(w + x e) >= -under, w to x = 0.
     const Vector3 w(-tip.x(), y - tip.y(), z - tip.z());
     const double aw = a.dot(w);
@@ -223,6 +229,8 @@ void PoseSwath::list(int z, std::span<const std::uint32_t> row_units) {
     if (from > to) continue;
     walk(y, z, static_cast<int>(std::ceil(from)), static_cast<int>(std::floor(to)));
   }
+  fresh_.resize(up_to_eight(fresh_.size()), Swath::kNothing);
+  return true;
 }
 
 }  // namespace osteomill::workpiece

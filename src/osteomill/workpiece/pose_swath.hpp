@@ -41,10 +41,11 @@ class PoseSwath {
 
   int first_layer() const { return first_layer_; }
   bool reaches(int z) const { return z <= last_layer_; }
-  /// Lists the runs of a layer. Rows without bone may be left out.
-  void list(int z, std::span<const std::uint32_t> row_units);
+  /// Lists the runs of a layer. See Swath.
+  bool list(int z, std::span<const std::int64_t> row_units);
   std::span<const Run> runs() const { return runs_; }
   const Stock::Occupancy* fresh() const { return fresh_.data(); }
+  std::size_t fresh_size() const { return fresh_.size(); }
 
   /// Signed distance of a point to what the step sweeps: the reference of the walk.
   double distance(const Vector3& p) const;

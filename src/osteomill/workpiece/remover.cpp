@@ -8,6 +8,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/workpiece/lanes.hpp"
 
 namespace osteomill::workpiece {
 
@@ -45,76 +46,123 @@ const cutting::Cutter& checked(const cutting::Cutter& cutter, const geometry::Gr
 
 bool is_upright(const Vector3& axis) { return axis == Vector3::UnitZ(); }
 
-void add_three(float* at, const std::array<float, 3>& shares, float amount) {
+void add_three(float* at, const float* shares, float amount) {
   at[-1] += shares[0] * amount;
   at[0] += shares[1] * amount;
   at[1] += shares[2] * amount;
 }
 
-// What a layer's removal leaves in the map. Between start_run and finish_run `next` is told the
-// amount of one voxel after the other.
+/// What a layer gave: amounts of the voxels of each run, beside their fresh occupancies.
+struct Gathered {
+  std::span<const Swath::Run> runs;
+  const std::uint32_t* units;  ///< of each run; without any it has no amounts
+  const float* amounts;
+  bool alike;  ///< all as in the last layer
+};
+
+// What the layers leave in the map.
 
 /// Bone that leaves no trace: what was inside the cutter before the step.
 struct NoMap {
-  void start_layer(int) {}
-  void start_run(int, int) {}
-  void next(float) {}
-  void finish_run() {}
+  void add(int, const Gathered&) {}
 };
 
-/// A level feed: eta is constant in a layer, the lateral coordinate is linear in x.
+/// A level feed: eta is constant in a layer, the lateral coordinate is linear in x. The layer's
+/// voxels are gathered in one line of cells, which goes to the map once: layers that are alike
+/// share it.
 class LevelMap {
  public:
-  LevelMap(ShadowMap& map, const Vector3& tip)
+  LevelMap(ShadowMap& map, const Vector3& tip, std::vector<float>& line)
       : map_(map),
         tip_(tip),
+        line_(line),
         rate_(VoxelShadow::fixed(map.y_T().x())),
-        along_x_(std::abs(map.y_T().x()) < 1e-12) {}
+        along_x_(std::abs(map.y_T().x()) < 1e-12) {
+    line_.assign(static_cast<std::size_t>(kBefore + map.stride()), 0.0f);
+  }
 
-  void start_layer(int z) {
+  void add(int z, const Gathered& layer) {
     const double eta = map_.eta_cell(Vector3(0.0, 0.0, z - tip_.z()));
     // A millionth of a cell is rounding: the layer lies on the row.
     const int row = static_cast<int>(std::floor(eta + 1e-6));
     const double above = eta - row;
     const bool shared = above > 2e-6;
-    upper_share_ = shared ? static_cast<float>(above) * map_.gain() : 0.0f;
-    lower_share_ = map_.gain() - upper_share_;
-    cells_ = row >= 0 && row < map_.rows() ? map_.row(row) : nullptr;
-    upper_cells_ = shared && row + 1 >= 0 && row + 1 < map_.rows() ? map_.row(row + 1) : nullptr;
-    if (cells_) map_.note_row(row);
-    if (upper_cells_) map_.note_row(row + 1);
-  }
-  void start_run(int y, int x) {
-    lateral_ = VoxelShadow::fixed(map_.lateral_cell(Vector3(x, y, 0.0) - tip_));
-    sum_ = 0.0f;
-  }
-  void next(float amount) {
-    if (along_x_) {
-      sum_ += amount;
-    } else {
-      share(amount);
-      lateral_ += rate_;
+    const bool has_lower = row >= 0 && row < map_.rows();
+    const bool has_upper = shared && row + 1 >= 0 && row + 1 < map_.rows();
+    if (!has_lower && !has_upper) {
+      gathered_ = false;
+      return;
     }
-  }
-  void finish_run() {
-    if (along_x_ && sum_ > 0.0f) share(sum_);
+    if (!layer.alike || !gathered_) gather(layer);
+    if (!any_) return;
+    const float upper_share = shared ? static_cast<float>(above) * map_.gain() : 0.0f;
+    if (has_lower) add_line(row, map_.gain() - upper_share);
+    if (has_upper) add_line(row + 1, upper_share);
   }
 
  private:
-  void share(float amount) {
+  /// Cells before the first of the map: whole lanes may begin there, with nothing in it.
+  static constexpr int kBefore = kFour;
+
+  void gather(const Gathered& layer) {
+    std::fill(line_.begin(), line_.end(), 0.0f);
+    any_ = false;
+    gathered_ = true;
+    for (std::size_t at = 0; at < layer.runs.size(); ++at) {
+      if (layer.units[at] == 0) continue;
+      any_ = true;
+      const Swath::Run& run = layer.runs[at];
+      const std::int64_t lateral =
+          VoxelShadow::fixed(map_.lateral_cell(Vector3(run.start(), run.y, 0.0) - tip_));
+      const float* amounts = layer.amounts + run.fresh;
+      if (along_x_)
+        share_sum(lateral, amounts, run.lanes());
+      else
+        share_each(lateral, amounts, run.lanes());
+    }
+  }
+  void share_sum(std::int64_t lateral, const float* amounts, int length) {
+    FourFloats sum = {};
+    for (int k = 0; k < length; k += kFour) sum += load<FourFloats>(amounts + k);
     int column = 0;
-    const auto& shares = map_.lateral_shadow().shares(lateral_, column);
-    if (cells_) add_three(cells_ + column, shares, lower_share_ * amount);
-    if (upper_cells_) add_three(upper_cells_ + column, shares, upper_share_ * amount);
+    const float* shares = map_.lateral_shadow().shares(lateral, column);
+    add_three(line_.data() + kBefore + column, shares, sum_of(sum));
+  }
+  /// Four voxels reach no more than eight cells, whose sums stay in registers.
+  void share_each(std::int64_t lateral, const float* amounts, int length) {
+    const VoxelShadow& shadow = map_.lateral_shadow();
+    for (int k = 0; k < length; k += kFour, lateral += kFour * rate_) {
+      const FourFloats four = load<FourFloats>(amounts + k);
+      if (all_zero(four)) continue;
+      int lowest = 0;
+      shadow.shares(rate_ < 0 ? lateral + (kFour - 1) * rate_ : lateral, lowest);
+      FourFloats low = {}, high = {};
+      for (int i = 0; i < kFour; ++i) {
+        int column = 0;
+        const float* shares = shadow.shares(lateral + i * rate_, column) - (column - lowest);
+        low += four[i] * load<FourFloats>(shares);
+        high += four[i] * load<FourFloats>(shares + kFour);
+      }
+      float* cells = line_.data() + kBefore + lowest - 1;
+      store(load<FourFloats>(cells) + low, cells);
+      store(load<FourFloats>(cells + kFour) + high, cells + kFour);
+    }
+  }
+  void add_line(int row, float share) {
+    float* cells = map_.row(row);
+    const float* line = line_.data() + kBefore;
+    for (int column = 0; column < map_.stride(); column += kFour)
+      store(load<FourFloats>(cells + column) + share * load<FourFloats>(line + column),
+            cells + column);
+    map_.note_row(row);
   }
 
   ShadowMap& map_;
   Vector3 tip_;
-  std::int64_t rate_ = 0, lateral_ = 0;
+  std::vector<float>& line_;
+  std::int64_t rate_ = 0;
   bool along_x_ = false;
-  float* cells_ = nullptr;
-  float* upper_cells_ = nullptr;
-  float lower_share_ = 1.0f, upper_share_ = 0.0f, sum_ = 0.0f;
+  bool gathered_ = false, any_ = false;  ///< line_ holds a layer, which took something
 };
 
 /// Any feed: both coordinates are linear in x.
@@ -126,35 +174,36 @@ class TiltedMap {
         lateral_rate_(VoxelShadow::fixed(map.y_T().x())),
         eta_rate_(VoxelShadow::fixed(map.eta().x())) {}
 
-  void start_layer(int z) { z_ = z; }
-  void start_run(int y, int x) {
-    const Vector3 start = Vector3(x, y, z_) - tip_;
-    lateral_ = VoxelShadow::fixed(map_.lateral_cell(start));
-    eta_ = VoxelShadow::fixed(map_.eta_cell(start));
+  void add(int z, const Gathered& layer) {
+    for (std::size_t at = 0; at < layer.runs.size(); ++at) {
+      if (layer.units[at] == 0) continue;
+      const Swath::Run& run = layer.runs[at];
+      const Vector3 start = Vector3(run.start(), run.y, z) - tip_;
+      std::int64_t lateral = VoxelShadow::fixed(map_.lateral_cell(start));
+      std::int64_t eta = VoxelShadow::fixed(map_.eta_cell(start));
+      const float* amounts = layer.amounts + run.fresh;
+      for (int k = 0; k < run.lanes(); ++k) {
+        if (amounts[k] > 0.0f) share(lateral, eta, amounts[k] * map_.gain());
+        lateral += lateral_rate_;
+        eta += eta_rate_;
+      }
+    }
   }
-  void next(float amount) {
-    if (amount > 0.0f) share(amount * map_.gain());
-    lateral_ += lateral_rate_;
-    eta_ += eta_rate_;
-  }
-  void finish_run() {}
 
  private:
-  void share(float amount) {
+  void share(std::int64_t lateral, std::int64_t eta, float amount) {
     int column = 0, at = 0;
-    const auto& across = map_.lateral_shadow().shares(lateral_, column);
-    const auto& up = map_.eta_shadow().shares(eta_, at);
+    const float* across = map_.lateral_shadow().shares(lateral, column);
+    const float* up = map_.eta_shadow().shares(eta, at);
     if (at < 1 || at + 1 >= map_.rows()) return;  // above the cutting length
-    for (int k = 0; k < 3; ++k)
-      add_three(map_.row(at + k - 1) + column, across, up[static_cast<std::size_t>(k)] * amount);
+    for (int k = 0; k < 3; ++k) add_three(map_.row(at + k - 1) + column, across, up[k] * amount);
     map_.note_row(at - 1);
     map_.note_row(at + 1);
   }
 
   ShadowMap& map_;
   Vector3 tip_;
-  std::int64_t lateral_rate_ = 0, lateral_ = 0, eta_rate_ = 0, eta_ = 0;
-  int z_ = 0;
+  std::int64_t lateral_rate_ = 0, eta_rate_ = 0;
 };
 
 }  // namespace
@@ -168,72 +217,81 @@ Remover::Remover(Stock& stock, const cutting::Cutter& cutter, const RemoverOptio
            options.patches.slices > 0 ? options.patches : patches_for(cutter, stock.spacing()),
            options.memory) {}
 
-template <bool one_material, class Source, class Map>
-void Remover::carve_layer(const Source& source, int z, Map& map, Totals& totals) {
-  const std::size_t layer = stock_.row_index(0, z);
-  const BoneMaterial* palette = stock_.palette_.data();
-  map.start_layer(z);
-  std::int64_t layer_units = 0;
-  const std::span<const Swath::Run> runs = source.runs();
-  for (std::size_t at = 0; at < runs.size(); ++at) {
-    const Swath::Run& run = runs[at];
-    if (at + 4 < runs.size()) {
-      // Rows are short and far apart in memory: fetch ahead.
-      const Swath::Run& soon = runs[at + 4];
-      const Stock::Row& ahead = stock_.rows_[layer + static_cast<std::size_t>(soon.y)];
-      const int offset = std::clamp(soon.first - ahead.first, 0, ahead.length);
-      __builtin_prefetch(stock_.occupancy_.data() + ahead.start + static_cast<std::size_t>(offset),
-                         1);
-    }
-    const std::size_t row_at = layer + static_cast<std::size_t>(run.y);
-    if (stock_.row_units_[row_at] == 0) continue;
-    const Stock::Row& row = stock_.rows_[row_at];
-    const int first = std::max(run.first, row.first);
-    const int last = std::min(run.last, row.first + row.length - 1);
-    if (first > last) continue;
-    const std::size_t begin = row.start + static_cast<std::size_t>(first - row.first);
-    Stock::Occupancy* occupancy = stock_.occupancy_.data() + begin;
-    const std::uint16_t* material = stock_.material_.data() + begin;
-    const Stock::Occupancy* fresh =
-        source.fresh() + run.fresh + static_cast<std::size_t>(first - run.first);
-    const int count = last - first + 1;
-    std::uint32_t units = 0;
-    map.start_run(run.y, first);
-    for (int x = 0; x < count; ++x) {
-      // Without a branch while there is nothing to look up: old and new are mixed at the rim.
-      const int taken = std::max(0, occupancy[x] - fresh[x]);
-      occupancy[x] = std::min(occupancy[x], fresh[x]);
-      units += static_cast<std::uint32_t>(taken);
-      if constexpr (one_material) {
-        map.next(static_cast<float>(taken));
-      } else {
-        const BoneMaterial& bone = palette[material[x]];
-        const double scaled = taken * bone.force_scale;
-        totals.unit_density += taken * bone.density;
+/// Takes what a run says; returns the units. `alike` stays where the amounts are those that were
+/// there before.
+template <bool one_material>
+std::uint32_t Remover::take_run(const Swath::Run& run, const Stock::Occupancy* fresh, int z,
+                                Totals& totals, bool& alike) {
+  Stock::Slab& slab = stock_.slabs_[static_cast<std::size_t>(z / Stock::kTile)];
+  const std::uint32_t* tiles = slab.tiles.data() + (run.y / Stock::kTile) * stock_.tiles_along_x_ +
+                               run.start() / Stock::kTile;
+  const auto in_tile = static_cast<std::size_t>((z % Stock::kTile) * Stock::kTileLayer +
+                                                run.y % Stock::kTile * Stock::kTile);
+  float* amounts = amounts_.data() + run.fresh;
+  fresh += run.fresh;
+  FourInts units = {}, same = ~FourInts{};
+  for (int k = 0; k < run.lanes(); k += kEight, ++tiles) {
+    const std::size_t place = std::size_t{*tiles} * Stock::kTileVoxels + in_tile;
+    Stock::Occupancy* occupancy = slab.occupancy.data() + place;
+    __builtin_prefetch(occupancy + Stock::kTileLayer, 1);  // of the next layer
+    const auto old = load<EightShorts>(occupancy);
+    const EightShorts taken = less(old, load<EightShorts>(fresh + k));
+    store(old - taken, occupancy);
+    const FourInts low = first_four(taken), high = last_four(taken);
+    units += low + high;
+    FourFloats low_amounts = as_floats(low), high_amounts = as_floats(high);
+    if constexpr (!one_material) {
+      const std::uint16_t* material = slab.material.data() + place;
+      for (int i = 0; i < kEight; ++i) {
+        if (taken[i] == 0) continue;
+        const BoneMaterial& bone = stock_.palette_[material[i]];
+        const double scaled = taken[i] * bone.force_scale;
+        totals.unit_density += taken[i] * bone.density;
         totals.unit_scale += scaled;
-        map.next(static_cast<float>(scaled));
+        (i < kFour ? low_amounts[i] : high_amounts[i - kFour]) = static_cast<float>(scaled);
       }
     }
-    map.finish_run();
-    stock_.row_units_[row_at] -= units;
+    same &= (load<FourFloats>(amounts + k) == low_amounts) &
+            (load<FourFloats>(amounts + k + kFour) == high_amounts);
+    store(low_amounts, amounts + k);
+    store(high_amounts, amounts + k + kFour);
+  }
+  alike = alike && (same[0] & same[1] & same[2] & same[3]) != 0;
+  return static_cast<std::uint32_t>(sum_of(units));
+}
+
+/// Returns whether all was as in the last layer, if that had the same list.
+template <bool one_material, class Source>
+bool Remover::take_layer(const Source& source, int z, Totals& totals) {
+  Stock::Slab& slab = stock_.slabs_[static_cast<std::size_t>(z / Stock::kTile)];
+  const std::span<const Swath::Run> runs = source.runs();
+  if (amounts_.size() < source.fresh_size()) amounts_.resize(2 * source.fresh_size());
+  if (run_units_.size() < runs.size()) run_units_.resize(2 * runs.size());
+  std::int64_t layer_units = 0;
+  bool alike = true;
+  for (std::size_t at = 0; at < runs.size(); ++at) {
+    std::int64_t& row_units = slab.row_units[static_cast<std::size_t>(runs[at].y / Stock::kTile)];
+    std::uint32_t units = 0;
+    if (row_units > 0) units = take_run<one_material>(runs[at], source.fresh(), z, totals, alike);
+    row_units -= units;
     layer_units += units;
+    alike = alike && run_units_[at] == units;
+    run_units_[at] = units;
   }
   stock_.layer_units_[static_cast<std::size_t>(z)] -= layer_units;
   totals.units += layer_units;
+  return alike;
 }
 
 template <class Source, class Map>
 void Remover::carve(Source& source, Map&& map, Totals& totals) {
-  const geometry::GridShape& shape = stock_.shape_;
   const bool one_material = stock_.palette_.size() == 1;
-  const auto rows = static_cast<std::size_t>(shape.size[1]);
-  for (int z = source.first_layer(); z < shape.size[2] && source.reaches(z); ++z) {
+  for (int z = source.first_layer(); z < stock_.shape_.size[2] && source.reaches(z); ++z) {
     if (stock_.layer_units_[static_cast<std::size_t>(z)] == 0) continue;
-    source.list(z, {stock_.row_units_.data() + stock_.row_index(0, z), rows});
-    if (one_material)
-      carve_layer<true>(source, z, map, totals);
-    else
-      carve_layer<false>(source, z, map, totals);
+    const bool is_new = source.list(z, stock_.slab(z).row_units);
+    const bool alike =
+        one_material ? take_layer<true>(source, z, totals) : take_layer<false>(source, z, totals);
+    map.add(z, {source.runs(), run_units_.data(), amounts_.data(), alike && !is_new});
   }
   if (one_material) {
     totals.unit_density = static_cast<double>(totals.units) * stock_.palette_[0].density;
@@ -292,7 +350,7 @@ void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals
   }
   swath_.begin_step(from.tip_W, to.tip_W);
   if (to.tip_W.z() == from.tip_W.z())
-    carve(swath_, LevelMap(map_, from.tip_W), cut);
+    carve(swath_, LevelMap(map_, from.tip_W, line_), cut);
   else
     carve(swath_, TiltedMap(map_, from.tip_W), cut);
 }

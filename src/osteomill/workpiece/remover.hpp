@@ -73,8 +73,11 @@ class Remover {
 
   template <class Source, class Map>
   void carve(Source& source, Map&& map, Totals& totals);
-  template <bool one_material, class Source, class Map>
-  void carve_layer(const Source& source, int z, Map& map, Totals& totals);
+  template <bool one_material, class Source>
+  bool take_layer(const Source& source, int z, Totals& totals);
+  template <bool one_material>
+  std::uint32_t take_run(const Swath::Run& run, const Stock::Occupancy* fresh, int z,
+                         Totals& totals, bool& alike);
   Totals place(const ToolPose& pose);
   void move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals& buried);
 
@@ -85,6 +88,10 @@ class Remover {
   ShadowMap map_;
   bool placed_ = false;
   ToolPose pose_;  // where the last step ended, voxels
+  // Of the layer that is carved, in units or units × force scale.
+  std::vector<float> amounts_;            // of each voxel, beside the fresh occupancies
+  std::vector<std::uint32_t> run_units_;  // of each run
+  std::vector<float> line_;               // see LevelMap
 };
 
 }  // namespace osteomill::workpiece

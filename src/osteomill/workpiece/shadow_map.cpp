@@ -7,6 +7,7 @@
 
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
+#include "osteomill/workpiece/lanes.hpp"
 #include "osteomill/workpiece/swept_tool.hpp"
 
 namespace osteomill::workpiece {
@@ -75,7 +76,8 @@ ShadowMap::ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchG
   columns_ = 2 * static_cast<int>(std::ceil(cutter_.radius)) + 5;
   // Any pitch: the cylinder of radius R and this reach, seen from any side.
   rows_ = static_cast<int>(std::ceil(2.0 * cutter_.radius + reach)) + 6;
-  cells_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0.0f);
+  stride_ = up_to_four(columns_) + kEight;
+  cells_.assign(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows_), 0.0f);
   coverage_ = cells_;
   engagement_.slices = patches.slices;
   engagement_.angles = patches.angles;
@@ -124,13 +126,14 @@ void ShadowMap::begin_step(const Step& step) {
   int first = rows_, last = -1;
   for (int at = first_row_; at <= last_row_; ++at) {
     float* cells = row(at);
-    float highest = 0.0f;
-    for (int column = 0; column < columns_; ++column) {
-      const float value = cells[column] * factor;
-      cells[column] = value > kForgotten ? value : 0.0f;
-      highest = std::max(highest, cells[column]);
+    FourInts left = {};
+    for (int column = 0; column < stride_; column += kFour) {
+      const FourFloats value = load<FourFloats>(cells + column) * factor;
+      const FourInts stays = value > kForgotten;
+      store(stays ? value : FourFloats{}, cells + column);
+      left |= stays;
     }
-    if (highest == 0.0f) continue;
+    if ((left[0] | left[1] | left[2] | left[3]) == 0) continue;
     first = std::min(first, at);
     last = at;
   }
@@ -161,16 +164,24 @@ void ShadowMap::compute_coverage() {
   const SweptTool swept(meridian_, -far * direction, far * direction);
   const std::vector<Phase> lateral_phases = phases(lateral_shadow_, y_T_);
   const std::vector<Phase> eta_phases = phases(eta_shadow_, eta_);
+  // A cell that all its voxels leave or fill needs no sum.
+  const double reach = 0.5 + lateral_shadow_.half_width() + eta_shadow_.half_width();
   for (int j = 0; j < rows_; ++j)
     for (int i = 0; i < columns_; ++i) {
       double covered = 0.0;
+      const double middle =
+          swept.distance((lateral_origin_ + i) * Vector3::UnitY() + (eta_origin_ + j) * eta);
+      if (std::abs(middle) > reach) {
+        coverage_[static_cast<std::size_t>(j * stride_ + i)] = middle < 0.0 ? 1.0f : 0.0f;
+        continue;
+      }
       for (const Phase& b : eta_phases)
         for (const Phase& a : lateral_phases) {
           const Vector3 p = (lateral_origin_ + i + a.offset) * Vector3::UnitY() +
                             (eta_origin_ + j + b.offset) * eta;
           covered += a.weight * b.weight * std::clamp(0.5 - swept.distance(p), 0.0, 1.0);
         }
-      coverage_[static_cast<std::size_t>(j * columns_ + i)] = static_cast<float>(covered);
+      coverage_[static_cast<std::size_t>(j * stride_ + i)] = static_cast<float>(covered);
     }
 }
 
@@ -182,10 +193,10 @@ void ShadowMap::compute_stencil() {
   const int per_slice = samples_over(slice_height_);
   const int per_angle = samples_over(cutter_.radius * angle_step);
   const double share = 1.0 / (per_slice * per_angle);
-  entries_.clear();
+  pieces_.clear();
   patch_start_.assign(1, 0);
   slice_rows_.clear();
-  std::vector<Entry> patch;
+  std::vector<std::pair<int, float>> patch;  // cells and weights
   for (int slice = 0; slice < patches_.slices; ++slice) {
     SliceRows used{rows_, -1};
     for (int angle = 0; angle < patches_.angles; ++angle) {
@@ -210,27 +221,40 @@ void ShadowMap::compute_stencil() {
             const double weight = (right == 1 ? a - column : 1.0 - (a - column)) *
                                   (up == 1 ? b - at : 1.0 - (b - at));
             if (weight <= 0.0) continue;
-            const int cell = (at + up) * columns_ + column + right;
+            const int cell = (at + up) * stride_ + column + right;
             covered += weight * static_cast<double>(coverage_[static_cast<std::size_t>(cell)]);
             const auto same = std::find_if(patch.begin(), patch.end(),
-                                           [&](const Entry& entry) { return entry.cell == cell; });
+                                           [&](const auto& entry) { return entry.first == cell; });
             if (same == patch.end())
-              patch.push_back({cell, static_cast<float>(weight)});
+              patch.emplace_back(cell, static_cast<float>(weight));
             else
-              same->weight += static_cast<float>(weight);
+              same->second += static_cast<float>(weight);
           }
         }
       }
-      if (covered > 0.0)
-        for (Entry entry : patch) {
-          entry.weight *= static_cast<float>(front / covered);
-          entries_.push_back(entry);
-          used.first = std::min(used.first, entry.cell / columns_);
-          used.last = std::max(used.last, entry.cell / columns_);
+      if (covered > 0.0) {
+        for (auto& [cell, weight] : patch) {
+          weight *= static_cast<float>(front / covered);
+          used.first = std::min(used.first, cell / stride_);
+          used.last = std::max(used.last, cell / stride_);
         }
-      patch_start_.push_back(entries_.size());
+        add_pieces(patch);
+      }
+      patch_start_.push_back(pieces_.size());
     }
     slice_rows_.push_back(used);
+  }
+}
+
+void ShadowMap::add_pieces(std::vector<std::pair<int, float>>& cells) {
+  std::sort(cells.begin(), cells.end());
+  int end = -1;
+  for (const auto& [cell, weight] : cells) {
+    if (cell >= end) {
+      pieces_.push_back({cell, {}});
+      end = cell + kFour;
+    }
+    pieces_.back().weights[cell - pieces_.back().cell] = weight;
   }
 }
 
@@ -258,10 +282,11 @@ const cutting::Engagement& ShadowMap::engagement() {
       continue;
     }
     for (; patch < end; ++patch) {
-      float weight = 0.0f;
+      FourFloats weight = {};
       for (std::size_t at = patch_start_[patch]; at < patch_start_[patch + 1]; ++at)
-        weight += entries_[at].weight * cells_[static_cast<std::size_t>(entries_[at].cell)];
-      engagement_.weights[patch] = static_cast<double>(weight);
+        weight += load<FourFloats>(pieces_[at].weights) *
+                  load<FourFloats>(cells_.data() + pieces_[at].cell);
+      engagement_.weights[patch] = static_cast<double>(sum_of(weight));
     }
   }
   if (turn_T_.isZero(0.0)) return engagement_;

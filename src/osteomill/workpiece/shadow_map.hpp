@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "osteomill/cutting/cutter.hpp"
@@ -85,7 +86,9 @@ class ShadowMap {
   int rows() const { return rows_; }
   /// What a unit of removed volume adds to a cell in this step.
   float gain() const { return gain_; }
-  float* row(int at) { return cells_.data() + static_cast<std::ptrdiff_t>(at) * columns_; }
+  /// Cells from one row to the next: enough after the last column for whole lanes (lanes.hpp).
+  int stride() const { return stride_; }
+  float* row(int at) { return cells_.data() + static_cast<std::ptrdiff_t>(at) * stride_; }
   void note_row(int at) {
     first_row_ = at < first_row_ ? at : first_row_;
     last_row_ = at > last_row_ ? at : last_row_;
@@ -97,9 +100,9 @@ class ShadowMap {
   /// See base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(columns_, rows_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_, y_T_, z_T_,
-      turn_T_, eta_, sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_, lateral_shadow_,
-      eta_shadow_, shadow_feed_, gain_, patch_start_, entries_, slice_rows_);
+    a(columns_, rows_, stride_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_,
+      y_T_, z_T_, turn_T_, eta_, sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_,
+      lateral_shadow_, eta_shadow_, shadow_feed_, gain_, patch_start_, pieces_, slice_rows_);
   }
 
  private:
@@ -113,7 +116,7 @@ class ShadowMap {
   PatchGrid patches_;
   double memory_;
   double slice_height_;  // in voxels
-  int columns_ = 0, rows_ = 0;
+  int columns_ = 0, rows_ = 0, stride_ = 0;
   std::vector<float> cells_, coverage_;
   int first_row_ = 0, last_row_ = -1;  // of what isn't empty
 
@@ -127,12 +130,14 @@ class ShadowMap {
   Vector3 shadow_feed_ = Vector3::Zero();  // that the shadows were worked out for
   float gain_ = 0.0f;
 
-  struct Entry {
+  /// Of a patch's weights: four cells side by side.
+  struct Piece {
     int cell;
-    float weight;
+    float weights[4];
   };
-  std::vector<std::size_t> patch_start_;  // into entries_, one more than patches
-  std::vector<Entry> entries_;
+  void add_pieces(std::vector<std::pair<int, float>>& cells);
+  std::vector<std::size_t> patch_start_;  // into pieces_, one more than patches
+  std::vector<Piece> pieces_;
   struct SliceRows {
     int first, last;
   };

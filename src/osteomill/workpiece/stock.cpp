@@ -57,49 +57,7 @@ class Palette {
   std::size_t last_ = 0;
 };
 
-/// One z-layer while it is built.
-struct Layer {
-  struct Span {
-    int first = 0, length = 0;
-    std::uint32_t units = 0;
-  };
-  std::vector<Span> spans;  // one a y
-  std::vector<Stock::Occupancy> occupancy;
-  std::vector<std::uint16_t> material;
-  Palette palette;
-};
-
-Layer build_layer(const geometry::GridShape& shape, int z,
-                  const std::function<BoneSample(const Vector3&)>& bone) {
-  Layer layer;
-  layer.spans.resize(static_cast<std::size_t>(shape.size[1]));
-  const double per_metre = 1.0 / shape.spacing.x();
-  std::vector<Stock::Occupancy> occupancy(static_cast<std::size_t>(shape.size[0]));
-  std::vector<std::uint16_t> material(occupancy.size());
-  for (int y = 0; y < shape.size[1]; ++y) {
-    int first = shape.size[0], last = -1;
-    std::uint32_t units = 0;
-    for (int x = 0; x < shape.size[0]; ++x) {
-      const std::size_t at = static_cast<std::size_t>(x);
-      const BoneSample sample = bone(shape.centre(x, y, z));
-      const double share = std::clamp(0.5 - sample.signed_distance * per_metre, 0.0, 1.0);
-      occupancy[at] = static_cast<Stock::Occupancy>(std::lround(share * Stock::kFull));
-      material[at] = 0;
-      if (occupancy[at] == 0) continue;
-      material[at] = layer.palette.index(sample.material);
-      units += occupancy[at];
-      first = std::min(first, x);
-      last = x;
-    }
-    if (last < first) continue;
-    layer.spans[static_cast<std::size_t>(y)] = {first, last - first + 1, units};
-    layer.occupancy.insert(layer.occupancy.end(), occupancy.begin() + first,
-                           occupancy.begin() + last + 1);
-    layer.material.insert(layer.material.end(), material.begin() + first,
-                          material.begin() + last + 1);
-  }
-  return layer;
-}
+int tiles_over(int voxels, int tile) { return (voxels + tile - 1) / tile; }
 
 void check(const geometry::GridShape& shape) {
   const double spacing = shape.spacing.x();
@@ -111,47 +69,81 @@ void check(const geometry::GridShape& shape) {
                           shape.spacing.z() / units::mm),
               "must be the same along x, y and z", "resample to cubes"});
   for (int size : shape.size)
-    // A row's bone is counted in 32 bits.
+    // The tiles of a slab are counted in 32 bits.
     require_within("stock.size", size, 1, (1 << 17) - 1, "voxels");
 }
 
 }  // namespace
 
+/// The tiles of kTile layers, with places in `materials` for the palette.
+Stock::Slab Stock::build_slab(const geometry::GridShape& shape, int first_layer,
+                              const std::function<BoneSample(const Vector3&)>& bone,
+                              std::vector<BoneMaterial>& materials, std::int64_t* layer_units) {
+  const int along_x = tiles_over(shape.size[0], kTile), along_y = tiles_over(shape.size[1], kTile);
+  const double per_metre = 1.0 / shape.spacing.x();
+  Slab slab;
+  slab.tiles.assign(static_cast<std::size_t>(along_x) * static_cast<std::size_t>(along_y), 0);
+  slab.row_units.assign(static_cast<std::size_t>(along_y), 0);
+  std::vector<Occupancy> occupancy(kTileVoxels, 0);
+  std::vector<std::uint16_t> material(kTileVoxels, 0);
+  Palette palette;
+  for (std::size_t tile = 0; tile < slab.tiles.size(); ++tile) {
+    const std::size_t start = occupancy.size();
+    occupancy.resize(start + kTileVoxels, 0);
+    material.resize(start + kTileVoxels, 0);
+    const int tile_y = static_cast<int>(tile) / along_x;
+    const int x0 = static_cast<int>(tile) % along_x * kTile, y0 = tile_y * kTile;
+    std::int64_t units = 0;
+    for (int z = first_layer; z < std::min(first_layer + kTile, shape.size[2]); ++z)
+      for (int y = y0; y < std::min(y0 + kTile, shape.size[1]); ++y)
+        for (int x = x0; x < std::min(x0 + kTile, shape.size[0]); ++x) {
+          const BoneSample sample = bone(shape.centre(x, y, z));
+          const double share = std::clamp(0.5 - sample.signed_distance * per_metre, 0.0, 1.0);
+          const auto taken = static_cast<Occupancy>(std::lround(share * kFull));
+          if (taken == 0) continue;
+          const std::size_t at = start + static_cast<std::size_t>((z - first_layer) * kTileLayer +
+                                                                  (y - y0) * kTile + (x - x0));
+          occupancy[at] = taken;
+          material[at] = palette.index(sample.material);
+          units += taken;
+          layer_units[z - first_layer] += taken;
+        }
+    if (units == 0) {
+      occupancy.resize(start);
+      material.resize(start);
+      continue;
+    }
+    slab.tiles[tile] = static_cast<std::uint32_t>(start / kTileVoxels);
+    slab.row_units[static_cast<std::size_t>(tile_y)] += units;
+  }
+  slab.occupancy.assign(occupancy.begin(), occupancy.end());
+  slab.material.assign(material.begin(), material.end());
+  materials = palette.materials();
+  return slab;
+}
+
 Stock::Stock(const geometry::GridShape& shape,
              const std::function<BoneSample(const Vector3& p_W)>& bone)
     : shape_(shape) {
   check(shape);
-  const std::size_t layers = static_cast<std::size_t>(shape.size[2]);
-  std::vector<Layer> built(layers);
-  tbb::parallel_for(std::size_t{0}, layers, [&](std::size_t z) {
-    built[z] = build_layer(shape, static_cast<int>(z), bone);
+  tiles_along_x_ = tiles_over(shape.size[0], kTile);
+  slabs_.resize(static_cast<std::size_t>(tiles_over(shape.size[2], kTile)));
+  layer_units_.resize(slabs_.size() * kTile, 0);
+  std::vector<std::vector<BoneMaterial>> materials(slabs_.size());
+  tbb::parallel_for(std::size_t{0}, slabs_.size(), [&](std::size_t at) {
+    slabs_[at] = build_slab(shape, static_cast<int>(at) * kTile, bone, materials[at],
+                            &layer_units_[at * kTile]);
   });
+  layer_units_.resize(static_cast<std::size_t>(shape.size[2]));
 
   // In the order of the layers: the palette does not depend on the threads.
-  std::size_t stored = 0;
-  for (const Layer& layer : built) stored += layer.occupancy.size();
-  occupancy_.reserve(stored);
-  material_.reserve(stored);
-  rows_.reserve(layers * static_cast<std::size_t>(shape.size[1]));
-  row_units_.reserve(rows_.capacity());
-  layer_units_.resize(layers, 0);
   Palette palette;
-  for (std::size_t z = 0; z < layers; ++z) {
-    Layer& layer = built[z];
-    std::size_t start = occupancy_.size();
-    for (const Layer::Span& span : layer.spans) {
-      rows_.push_back({start, span.first, span.length});
-      row_units_.push_back(span.units);
-      start += static_cast<std::size_t>(span.length);
-      layer_units_[z] += span.units;
-    }
-    occupancy_.insert(occupancy_.end(), layer.occupancy.begin(), layer.occupancy.end());
+  for (std::size_t at = 0; at < slabs_.size(); ++at) {
     std::vector<std::uint16_t> global;
-    for (const BoneMaterial& material : layer.palette.materials())
-      global.push_back(palette.index(material));
-    for (std::size_t at = 0; at < layer.material.size(); ++at)
-      material_.push_back(layer.occupancy[at] == 0 ? std::uint16_t{0} : global[layer.material[at]]);
-    layer = Layer{};
+    for (const BoneMaterial& material : materials[at]) global.push_back(palette.index(material));
+    Slab& slab = slabs_[at];
+    for (std::size_t voxel = 0; voxel < slab.material.size(); ++voxel)
+      if (slab.occupancy[voxel] > 0) slab.material[voxel] = global[slab.material[voxel]];
   }
   palette_ = palette.materials();
   initial_units_ = remaining_units();
@@ -163,17 +155,22 @@ Stock::Stock(const geometry::GridShape& shape,
                              "check the threshold, the region and the units"});
 }
 
+std::size_t Stock::stored_voxels() const {
+  std::size_t stored = 0;
+  for (const Slab& slab : slabs_) stored += slab.occupancy.size() - kTileVoxels;
+  return stored;
+}
+
 double Stock::occupancy(int x, int y, int z) const {
   if (!shape_.contains(x, y, z)) return 0.0;
-  const Row& at = row(y, z);
-  if (x < at.first || x >= at.first + at.length) return 0.0;
-  return static_cast<double>(occupancy_[at.start + static_cast<std::size_t>(x - at.first)]) / kFull;
+  const Slab& of = slab(z);
+  return static_cast<double>(of.occupancy[place(of, x, y, z)]) / kFull;
 }
 
 BoneMaterial Stock::material(int x, int y, int z) const {
   if (occupancy(x, y, z) == 0.0) return {};
-  const Row& at = row(y, z);
-  return palette_[material_[at.start + static_cast<std::size_t>(x - at.first)]];
+  const Slab& of = slab(z);
+  return palette_[of.material[place(of, x, y, z)]];
 }
 
 std::int64_t Stock::remaining_units() const {
@@ -188,7 +185,9 @@ double Stock::remaining_volume() const {
 
 double Stock::remaining_mass() const {
   std::vector<std::int64_t> units(palette_.size(), 0);
-  for (std::size_t at = 0; at < occupancy_.size(); ++at) units[material_[at]] += occupancy_[at];
+  for (const Slab& of : slabs_)
+    for (std::size_t at = 0; at < of.occupancy.size(); ++at)
+      units[of.material[at]] += of.occupancy[at];
   double mass = 0.0;
   for (std::size_t m = 0; m < units.size(); ++m)
     mass += static_cast<double>(units[m]) * palette_[m].density;
@@ -198,20 +197,19 @@ double Stock::remaining_mass() const {
 Stock::Box Stock::bone_box() const {
   Box box;
   box.first = shape_.size;
-  for (int z = 0; z < shape_.size[2]; ++z)
+  for (int z = 0; z < shape_.size[2]; ++z) {
+    if (layer_units_[static_cast<std::size_t>(z)] == 0) continue;
+    const Slab& of = slab(z);
     for (int y = 0; y < shape_.size[1]; ++y) {
-      const Row& at = row(y, z);
-      if (row_units_[row_index(y, z)] == 0) continue;
-      const auto begin = occupancy_.begin() + static_cast<std::ptrdiff_t>(at.start);
-      const auto has_bone = [](Occupancy occupancy) { return occupancy > 0; };
-      const auto first = std::find_if(begin, begin + at.length, has_bone);
-      auto last = begin + at.length - 1;
-      while (*last == 0) --last;
-      box.first = {std::min(box.first[0], at.first + static_cast<int>(first - begin)),
-                   std::min(box.first[1], y), std::min(box.first[2], z)};
-      box.last = {std::max(box.last[0], at.first + static_cast<int>(last - begin)),
-                  std::max(box.last[1], y), z};
+      if (of.row_units[static_cast<std::size_t>(y / kTile)] == 0) continue;
+      for (int x = 0; x < shape_.size[0]; ++x) {
+        if (of.occupancy[place(of, x, y, z)] == 0) continue;
+        box.first = {std::min(box.first[0], x), std::min(box.first[1], y),
+                     std::min(box.first[2], z)};
+        box.last = {std::max(box.last[0], x), std::max(box.last[1], y), z};
+      }
     }
+  }
   return box;
 }
 

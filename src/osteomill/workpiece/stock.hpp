@@ -30,9 +30,10 @@ struct BoneSample {
 ///
 /// Each voxel holds the share of it that is bone, its occupancy, in steps of 1/kFull: a voxel that
 /// the surface cuts holds clamp(1/2 - d/spacing), d the signed distance of its centre. Integers
-/// make the balance of volume exact. Density and force scale are indices into a palette. Only the
-/// span of each x-row from its first to its last bone voxel is stored, so air around the bone
-/// costs nothing; rows only ever lose bone.
+/// make the balance of volume exact. Density and force scale are indices into a palette.
+///
+/// Voxels are stored in tiles of kTile³ where there is bone at first; air costs four bytes a tile.
+/// What lies together in space lies together in memory, whatever the size of the stock.
 class Stock {
  public:
   using Occupancy = std::uint16_t;
@@ -66,35 +67,47 @@ class Stock {
   };
   Box bone_box() const;
 
-  std::size_t stored_voxels() const { return occupancy_.size(); }
+  /// Voxels of all tiles that are stored.
+  std::size_t stored_voxels() const;
 
   /// What milling changes; see base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(occupancy_, row_units_, layer_units_);
+    for (Slab& slab : slabs_) a(slab.occupancy, slab.row_units);
+    a(layer_units_);
   }
 
  private:
-  friend class Remover;  // walks rows
+  friend class Remover;  // walks tiles
 
-  struct Row {
-    std::size_t start = 0;  ///< of the span, in occupancy_ and material_
-    int first = 0;          ///< x of the first stored voxel
-    int length = 0;         ///< stored voxels
+  /// Edge of a tile, voxels: a row of it is eight lanes (lanes.hpp).
+  static constexpr int kTile = 8;
+  static constexpr int kTileLayer = kTile * kTile;
+  static constexpr int kTileVoxels = kTileLayer * kTile;
+
+  /// kTile layers. In a tile x runs fastest, then y.
+  struct Slab {
+    std::vector<std::uint32_t> tiles;  ///< the tile's number at (x, y), x fastest; 0: the empty one
+    LargeVector<Occupancy> occupancy;
+    LargeVector<std::uint16_t> material;  ///< index into palette_
+    std::vector<std::int64_t> row_units;  ///< bone left in each row of tiles along x
   };
+  static Slab build_slab(const geometry::GridShape& shape, int first_layer,
+                         const std::function<BoneSample(const Vector3&)>& bone,
+                         std::vector<BoneMaterial>& materials, std::int64_t* layer_units);
 
-  const Row& row(int y, int z) const { return rows_[row_index(y, z)]; }
-  std::size_t row_index(int y, int z) const {
-    return static_cast<std::size_t>(z) * static_cast<std::size_t>(shape_.size[1]) +
-           static_cast<std::size_t>(y);
+  /// Place of a voxel of the grid in its slab.
+  std::size_t place(const Slab& slab, int x, int y, int z) const {
+    const auto at = static_cast<std::size_t>((y / kTile) * tiles_along_x_ + x / kTile);
+    return std::size_t{slab.tiles[at]} * kTileVoxels +
+           static_cast<std::size_t>((z % kTile) * kTileLayer + (y % kTile) * kTile + x % kTile);
   }
+  const Slab& slab(int z) const { return slabs_[static_cast<std::size_t>(z / kTile)]; }
 
   geometry::GridShape shape_;
-  LargeVector<Row> rows_;                  ///< y runs fastest
-  LargeVector<std::uint32_t> row_units_;   ///< bone left in each row
+  int tiles_along_x_ = 0;
+  std::vector<Slab> slabs_;
   std::vector<std::int64_t> layer_units_;  ///< bone left in each z-layer
-  LargeVector<Occupancy> occupancy_;
-  LargeVector<std::uint16_t> material_;  ///< index into palette_
   std::vector<BoneMaterial> palette_;
   std::int64_t initial_units_ = 0;
 };

@@ -43,7 +43,8 @@ TEST(Stock, OfABallConvergesWithTheSquareOfTheSpacing) {
 
 TEST(Stock, StoresNoAirAroundTheBone) {
   const Stock stock = block({0, 0, 0}, {4 * mm, 4 * mm, 4 * mm}, {1900.0, 1.0}, 0.2 * mm, 20 * mm);
-  EXPECT_EQ(stock.stored_voxels(), 20u * 20u * 20u);
+  // Three tiles of eight voxels along each axis: 96 to 119.
+  EXPECT_EQ(stock.stored_voxels(), 24u * 24u * 24u);
   EXPECT_EQ(stock.bone_box().first, (std::array{100, 100, 100}));
   EXPECT_EQ(stock.bone_box().last, (std::array{119, 119, 119}));
 }

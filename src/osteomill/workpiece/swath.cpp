@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "osteomill/workpiece/lanes.hpp"
+
 namespace osteomill::workpiece {
 
 namespace {
@@ -111,42 +113,64 @@ Swath::Interval Swath::everywhere(const Row& row, double radius) const {
   return all;
 }
 
-Stock::Occupancy Swath::level_occupancy(int x, const Row& row) const {
-  const double dx = x - from_.x();
-  const double along = hx_ * dx + hy_ * row.y0;
-  const double lateral = hx_ * row.y0 - hy_ * dx;
-  const double ahead = along - std::clamp(along, 0.0, run_);
-  const double r_sq = ahead * ahead + lateral * lateral;
-  return occupancy_at(cutter_.distance(std::sqrt(r_sq), height_));
+/// The occupancy of eight voxels of a run from its start() + at on.
+template <bool round>
+void Swath::fill_level(const Run& run, int at, const Row& row) {
+  const double along_y = hy_ * row.y0, lateral_y = hx_ * row.y0;
+  const double under = below_ * below_, offset = kBand - cutter_.radius();
+  const TwoDoubles zero = {}, length = {run_, run_}, full = {Stock::kFull, Stock::kFull};
+  const double x = run.start() + at - from_.x();
+  const auto two = [&](double first) {
+    const TwoDoubles dx = {first, first + 1.0};
+    const TwoDoubles along = hx_ * dx + along_y, lateral = lateral_y - hy_ * dx;
+    const TwoDoubles ahead = along - least(most(along, zero), length);
+    const TwoDoubles r_sq = ahead * ahead + lateral * lateral;
+    TwoDoubles share;  // of the voxel
+    if constexpr (round) {
+      share = root(r_sq + under) + offset;
+    } else {
+      const TwoDoubles r = root(r_sq);
+      share = TwoDoubles{cutter_.distance(r[0], height_), cutter_.distance(r[1], height_)} + kBand;
+    }
+    return least(most(share * full, zero), full) + 0.5;
+  };
+  const TwoDoubles units[4] = {two(x), two(x + 2), two(x + 4), two(x + 6)};
+  store(as_shorts(units), fresh_.data() + run.fresh + at);
 }
 
 void Swath::add_run(const Interval& part, const Interval& all_gone, const Row& row, int z) {
   if (part.empty()) return;
   Run run;
   run.y = row.y;
-  run.first = static_cast<int>(std::ceil(std::max(part.low, 0.0)));
-  run.last = static_cast<int>(std::floor(std::min(part.high, shape_.size[0] - 1.0)));
+  if (part.high < 0.0) return;
+  const double low = std::max(part.low, 0.0);
+  run.first = static_cast<int>(std::min(low, 1e9));  // rounded down
+  if (run.first < low) ++run.first;
+  run.last = static_cast<int>(std::min(part.high, shape_.size[0] - 1.0));
   if (run.first > run.last) return;
-  run.fresh = fresh_.size();
-  fresh_.resize(run.fresh + static_cast<std::size_t>(run.last - run.first + 1), 0);
+  run.fresh = fresh_size_;
+  fresh_size_ += static_cast<std::size_t>(run.lanes());
+  if (fresh_.size() < fresh_size_) fresh_.resize(2 * fresh_size_);
   Stock::Occupancy* fresh = fresh_.data() + run.fresh;
-  const int length = run.last - run.first + 1;
-  if (upright(z)) {
-    // Between these all goes; only the rim has to be worked out.
-    const double low = all_gone.empty() ? kFar : all_gone.low - run.first;
-    const double high = all_gone.empty() ? -kFar : all_gone.high - run.first;
-    int k = 0;
-    for (; k < length && k < low; ++k) fresh[k] = level_occupancy(run.first + k, row);
-    if (k <= high) k = static_cast<int>(std::min<double>(length - 1, high)) + 1;
-    for (; k < length; ++k) fresh[k] = level_occupancy(run.first + k, row);
-  } else {
-    for (int k = 0; k < length; ++k)
-      fresh[k] = occupancy_at(swept_.distance(Vector3(run.first + k, row.y, z)));
+  for (int k = 0; k < run.lanes(); k += kEight) {
+    const int x = run.start() + k;
+    if (!upright(z)) {
+      for (int i = 0; i < kEight; ++i)
+        fresh[k + i] = x + i < run.first || x + i > run.last
+                           ? kNothing
+                           : occupancy_at(swept_.distance(Vector3(x + i, row.y, z)));
+    } else if (x >= all_gone.low && x + kEight - 1 <= all_gone.high) {
+      store(EightShorts{}, fresh + k);  // between the rims all goes
+    } else if (round_) {
+      fill_level<true>(run, k, row);
+    } else {
+      fill_level<false>(run, k, row);
+    }
   }
   runs_.push_back(run);
 }
 
-void Swath::list(int z, std::span<const std::uint32_t> row_units) {
+bool Swath::list(int z, std::span<const std::int64_t> row_units) {
   const bool is_upright = upright(z);
   const double height = rise_ == 0.0 ? z - from_.z() : is_upright ? kFar : 0.0;
   const double outer = cutter_.section_radius(z - lowest_, kBand);
@@ -154,20 +178,22 @@ void Swath::list(int z, std::span<const std::uint32_t> row_units) {
   const double gone = placing_ ? -1.0 : cutter_.section_radius(z - from_.z(), -kBand);
   // The side of a cylinder and of a shank: every layer is the same.
   const bool whole = is_upright && inner == cutter_.radius() - kBand && gone == inner;
-  if (listed_ && whole && whole_) return;
+  if (listed_ && whole && whole_) return false;
   listed_ = true;
   whole_ = whole;
   height_ = height;
+  round_ = cutter_.is_ball() || height >= cutter_.upright_from(kBand);
+  below_ = cutter_.is_ball() ? std::min(0.0, height - cutter_.radius()) : 0.0;
   runs_.clear();
-  fresh_.clear();
-  if (outer < 0.0) return;
+  fresh_size_ = 0;
+  if (outer < 0.0) return true;
   const double low_y = std::min(from_.y(), to_.y()) - outer;
   const double high_y = std::max(from_.y(), to_.y()) + outer;
   Row row;
   row.y = static_cast<int>(std::ceil(std::max(0.0, low_y)));
   const int last_y = static_cast<int>(std::floor(std::min(shape_.size[1] - 1.0, high_y)));
   for (; row.y <= last_y; ++row.y) {
-    if (!whole && row_units[static_cast<std::size_t>(row.y)] == 0) continue;
+    if (!whole && row_units[static_cast<std::size_t>(row.y / 8)] == 0) continue;
     row.y0 = row.y - from_.y();
     row.y1 = row.y - to_.y();
     const double along = hy_ * row.y0;  // 0 <= hx (x - from) + along <= run
@@ -194,6 +220,7 @@ void Swath::list(int z, std::span<const std::uint32_t> row_units) {
     add_run({reach.low, std::min(reach.high, before.low)}, all_gone, row, z);
     add_run({std::max(reach.low, before.high), reach.high}, all_gone, row, z);
   }
+  return true;
 }
 
 }  // namespace osteomill::workpiece

@@ -19,11 +19,17 @@ namespace osteomill::workpiece {
 /// keep their memory from step to step.
 class Swath {
  public:
+  /// The fresh occupancy of a voxel that is left alone.
+  static constexpr Stock::Occupancy kNothing = 0xffff;
+
   /// Neighbouring voxels of one row.
   struct Run {
     int y = 0;
     int first = 0, last = 0;  ///< x
-    std::size_t fresh = 0;    ///< place of the occupancy of `first` in fresh()
+    std::size_t fresh = 0;    ///< place of start() in fresh()
+    /// Fresh occupancies go by whole lanes of eight voxels (lanes.hpp) from here on.
+    int start() const { return first / 8 * 8; }
+    int lanes() const { return last / 8 * 8 + 8 - start(); }
   };
 
   /// Both must outlive it.
@@ -40,11 +46,12 @@ class Swath {
   int first_layer() const;
   /// False from the layer on above which the step meets nothing new.
   bool reaches(int z) const;
-  /// Lists the runs of a layer. `row_units` says which rows have bone left; rows without may be
-  /// left out.
-  void list(int z, std::span<const std::uint32_t> row_units);
+  /// Lists the runs of a layer. `row_units` says how much bone each eight rows have, those without
+  /// may be left out. False when the list is that of the last layer.
+  bool list(int z, std::span<const std::int64_t> row_units);
   std::span<const Run> runs() const { return runs_; }
   const Stock::Occupancy* fresh() const { return fresh_.data(); }
+  std::size_t fresh_size() const { return fresh_size_; }
 
  private:
   struct Interval;
@@ -53,7 +60,8 @@ class Swath {
   bool upright(int z) const { return rise_ == 0.0 || z >= upright_from_; }
   Interval front(const Row& row, double radius) const;
   Interval everywhere(const Row& row, double radius) const;
-  Stock::Occupancy level_occupancy(int x, const Row& row) const;
+  template <bool round>
+  void fill_level(const Run& run, int at, const Row& row);
   void add_run(const Interval& part, const Interval& all_gone, const Row& row, int z);
 
   const Meridian& cutter_;
@@ -66,8 +74,12 @@ class Swath {
   // Of the layer that is listed.
   bool listed_ = false, whole_ = false;  ///< whole: no row was left out
   double height_ = 0.0;                  ///< above the tip; of an upright section any large one
+  bool round_ =
+      false;  ///< the distance is that from a centre `below_` under the layer or from the axis
+  double below_ = 0.0;
   std::vector<Run> runs_;
-  std::vector<Stock::Occupancy> fresh_;
+  std::vector<Stock::Occupancy> fresh_;  ///< in use: fresh_size_
+  std::size_t fresh_size_ = 0;
 };
 
 }  // namespace osteomill::workpiece

@@ -25,7 +25,8 @@ VoxelShadow::VoxelShadow(const geometry::Vector3& direction) {
       sum += share[static_cast<std::size_t>(cell)];
     }
     for (std::size_t cell = 0; cell < 3; ++cell)
-      table_[static_cast<std::size_t>(phase)][cell] = static_cast<float>(share[cell] / sum);
+      table_[static_cast<std::size_t>(phase)][kZeros + cell] =
+          static_cast<float>(share[cell] / sum);
   }
 }
 
@@ -42,7 +43,10 @@ double VoxelShadow::at(double distance) const {
       t += (minus ? -0.5 : 0.5) * widths_[static_cast<std::size_t>(box)];
       if (minus) sign = -sign;
     }
-    if (t > 0.0) sum += sign * std::pow(t, boxes_ - 1);
+    if (t <= 0.0) continue;
+    double power = sign;
+    for (int box = 1; box < boxes_; ++box) power *= t;
+    sum += power;
   }
   return sum / scale;
 }

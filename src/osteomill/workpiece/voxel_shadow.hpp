@@ -29,12 +29,14 @@ class VoxelShadow {
     return static_cast<std::int64_t>(coordinate * 4294967296.0);
   }
   /// Shares of the cells before, at and after `nearest`, which becomes the index of the cell next
-  /// to the coordinate.
-  const std::array<float, 3>& shares(std::int64_t coordinate, int& nearest) const {
+  /// to the coordinate. kZeros zeros stand before the three and behind them.
+  const float* shares(std::int64_t coordinate, int& nearest) const {
     const std::int64_t from_edge = coordinate + (std::int64_t{1} << 31);
     nearest = static_cast<int>(from_edge >> 32);
-    return table_[static_cast<std::size_t>((from_edge >> (32 - kPhaseBits)) & (kPhases - 1))];
+    const auto phase = static_cast<std::size_t>((from_edge >> (32 - kPhaseBits)) & (kPhases - 1));
+    return table_[phase].data() + kZeros;
   }
+  static constexpr int kZeros = 5;
 
  private:
   static constexpr int kPhaseBits = 7;
@@ -42,7 +44,7 @@ class VoxelShadow {
   std::array<double, 4> widths_{};  ///< of the boxes, the cell's own first
   int boxes_ = 0;
   double half_width_ = 0.0;
-  std::array<std::array<float, 3>, kPhases> table_{};
+  std::array<std::array<float, 2 * kZeros + 3>, kPhases> table_{};
 };
 
 }  // namespace osteomill::workpiece
