@@ -10,6 +10,7 @@
 #include "osteomill/cutting/engaged_force.hpp"
 #include "osteomill/workpiece/contact.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
+#include "osteomill/workpiece/removal_for_test.hpp"
 #include "osteomill/workpiece/remover.hpp"
 #include "osteomill/workpiece/swing.hpp"
 
@@ -18,38 +19,6 @@ namespace {
 
 constexpr double mm = units::mm;
 constexpr double kPi = std::numbers::pi;
-
-cutting::Cutter cylinder(double diameter) {
-  cutting::Cutter cutter;
-  cutter.radius = 0.5 * diameter;
-  cutter.cutting_length = 10 * mm;
-  return cutter;
-}
-
-cutting::Cutter ball(double diameter) {
-  cutting::Cutter cutter = cylinder(diameter);
-  cutter.shape = cutting::CutterShape::ball;
-  return cutter;
-}
-
-cutting::Cutter bull(double diameter, double corner) {
-  cutting::Cutter cutter = cylinder(diameter);
-  cutter.shape = cutting::CutterShape::bull;
-  cutter.corner_radius = corner;
-  return cutter;
-}
-
-/// A law with chip thickness and with rubbing, so that both kinds of weighting count.
-cutting::CuttingLaw law() {
-  const auto linear = [](double per_area, double per_length) {
-    return cutting::DirectionalLaw{cutting::LinearLaw(per_area, per_length), {}};
-  };
-  cutting::CuttingLaw law;
-  law.tangential = linear(100e6, 2e3);
-  law.radial = linear(60e6, 3e3);
-  law.orientation = cutting::OrientationCriterion::none;
-  return law;
-}
 
 Removal& operator+=(Removal& sum, const Removal& step) {
   sum.volume += step.volume;
@@ -169,8 +138,8 @@ Measured measure(const Turned& turned, const TiltedCase& of, const cutting::Cond
   const auto at = [&](double s) { return turned({s, 0.0, -of.depth_mm * mm}); };
   cut(remover, at(-2.5 * mm), at(0), 30);
   const PatchGrid patches = patches_for(of.cutter, spacing);
-  const cutting::EngagedForce model(of.cutter, law(), patches.angles, patches.slices,
-                                    patches.slice_height);
+  const cutting::EngagedForce model(of.cutter, chip_and_rubbing_law(), patches.angles,
+                                    patches.slices, patches.slice_height);
   Measured measured;
   const int steps = 60;
   for (int k = 0; k < steps; ++k) {
@@ -187,7 +156,8 @@ TEST_P(TiltedCut, GivesTheForcesAndTheVolumeOfTheNominalCut) {
   const cutting::Condition condition{6000 * units::rpm, 0.03 * mm};
   const Measured askew_cut = measure(askew(), of, condition);
   const cutting::Immersion immersion{of.kind, of.radial_depth_mm * mm, of.depth_mm * mm};
-  const Vector3 exact = cutting::mean_load(of.cutter, law(), condition, immersion).force;
+  const Vector3 exact =
+      cutting::mean_load(of.cutter, chip_and_rubbing_law(), condition, immersion).force;
   // The platform's marks at 20 voxels a radius: 1 % of the force, 0.3 % of the volume.
   EXPECT_LT((askew_cut.force_B - exact).norm(), 0.01 * exact.norm());
   const double d = of.depth_mm * mm;
@@ -334,7 +304,7 @@ TEST(PosedRemoval, GivesAPatchThatMovesSlowerItsThinnerChip) {
   };
   cut(remover, at(-0.38), at(0.0), 40);
   const PatchGrid patches = patches_for(cutter, spacing);
-  const cutting::EngagedForce model(cutter, law(), patches.angles, patches.slices,
+  const cutting::EngagedForce model(cutter, chip_and_rubbing_law(), patches.angles, patches.slices,
                                     patches.slice_height);
   cutting::Condition condition{6000 * units::rpm, 0.03 * mm};
   Vector3 force = Vector3::Zero();
@@ -353,7 +323,8 @@ TEST(PosedRemoval, GivesAPatchThatMovesSlowerItsThinnerChip) {
     cutting::Condition here = condition;
     here.turn_T = Vector3::Zero();
     here.feed_per_tooth *= 1.0 - deep * (k + 0.5) / n / L;
-    exact += cutting::mean_load(cutter, law(), here, {cutting::ImmersionKind::slot, 0.0, deep / n})
+    exact += cutting::mean_load(cutter, chip_and_rubbing_law(), here,
+                                {cutting::ImmersionKind::slot, 0.0, deep / n})
                  .force;
   }
   EXPECT_NEAR(std::abs(remover.turn_T().y()), 1.0 / L, 1e-3 / L);

@@ -9,6 +9,7 @@
 
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/engaged_force.hpp"
+#include "osteomill/workpiece/removal_for_test.hpp"
 #include "osteomill/workpiece/remover.hpp"
 
 namespace osteomill::workpiece {
@@ -16,26 +17,6 @@ namespace {
 
 constexpr double mm = units::mm;
 constexpr double kPi = std::numbers::pi;
-
-cutting::Cutter cutter_of(cutting::CutterShape shape, double radius) {
-  cutting::Cutter cutter;
-  cutter.shape = shape;
-  cutter.radius = radius;
-  cutter.cutting_length = 10 * mm;
-  return cutter;
-}
-
-/// A law with chip thickness and with rubbing, so that both kinds of weighting count.
-cutting::CuttingLaw law() {
-  const auto linear = [](double per_area, double per_length) {
-    return cutting::DirectionalLaw{cutting::LinearLaw(per_area, per_length), {}};
-  };
-  cutting::CuttingLaw law;
-  law.tangential = linear(100e6, 2e3);
-  law.radial = linear(60e6, 3e3);
-  law.orientation = cutting::OrientationCriterion::none;
-  return law;
-}
 
 /// A cut along a curve of poses; the bone is where `distance` is negative.
 struct AccuracyCase {
@@ -161,7 +142,8 @@ cutting::Engagement exact_engagement(const AccuracyCase& of, const cutting::Cutt
 
 Errors errors_of(const AccuracyCase& of, double voxels_per_radius) {
   const double spacing = of.radius / voxels_per_radius;
-  const cutting::Cutter cutter = cutter_of(of.shape, of.radius);
+  const cutting::Cutter cutter =
+      of.shape == cutting::CutterShape::ball ? ball(2.0 * of.radius) : cylinder(2.0 * of.radius);
   Stock stock(cubes_over(of.lower, of.upper, spacing),
               [&](const Vector3& p) { return BoneSample{of.bone(p), {1900.0, 1.0}}; });
   Remover remover(stock, cutter);
@@ -170,7 +152,8 @@ Errors errors_of(const AccuracyCase& of, double voxels_per_radius) {
     remover.step(of.pose(of.from - run_up * (1.0 - k / 10.0)),
                  of.pose(of.from - run_up * (1.0 - (k + 1) / 10.0)));
   const PatchGrid grid = patches_for(cutter, spacing);
-  const cutting::EngagedForce model(cutter, law(), grid.angles, grid.slices, grid.slice_height);
+  const cutting::EngagedForce model(cutter, chip_and_rubbing_law(), grid.angles, grid.slices,
+                                    grid.slice_height);
   cutting::Condition condition{6000 * units::rpm, 0.03 * mm};
   const int steps = static_cast<int>(std::ceil((of.to - of.from) / (0.3 * spacing)));
   double volume = 0.0;

@@ -10,6 +10,7 @@
 #include "osteomill/base/units.hpp"
 #include "osteomill/cutting/engaged_force.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
+#include "osteomill/workpiece/removal_for_test.hpp"
 #include "osteomill/workpiece/swept_tool.hpp"
 
 namespace osteomill::workpiece {
@@ -17,26 +18,6 @@ namespace {
 
 constexpr double mm = units::mm;
 constexpr double kPi = std::numbers::pi;
-
-cutting::Cutter cylinder(double diameter) {
-  cutting::Cutter cutter;
-  cutter.radius = 0.5 * diameter;
-  cutter.cutting_length = 10 * mm;
-  return cutter;
-}
-
-cutting::Cutter ball(double diameter) {
-  cutting::Cutter cutter = cylinder(diameter);
-  cutter.shape = cutting::CutterShape::ball;
-  return cutter;
-}
-
-cutting::Cutter bull(double diameter, double corner) {
-  cutting::Cutter cutter = cylinder(diameter);
-  cutter.shape = cutting::CutterShape::bull;
-  cutter.corner_radius = corner;
-  return cutter;
-}
 
 cutting::Cutter tapered(double diameter, double corner, double taper) {
   cutting::Cutter cutter = bull(diameter, corner);
@@ -212,18 +193,6 @@ TEST(Removal, RefusesACutterThatTheGridCannotShowOrHold) {
 
 // ---- engagement against analytic immersion -----------------------------------------------------
 
-/// A force law with chip thickness and with rubbing, so that both kinds of weighting count.
-cutting::CuttingLaw law() {
-  const auto linear = [](double per_area, double per_length) {
-    return cutting::DirectionalLaw{cutting::LinearLaw(per_area, per_length), {}};
-  };
-  cutting::CuttingLaw law;
-  law.tangential = linear(100e6, 2e3);
-  law.radial = linear(60e6, 3e3);
-  law.orientation = cutting::OrientationCriterion::none;
-  return law;
-}
-
 struct ImmersionCase {
   const char* name;
   cutting::Cutter cutter;
@@ -262,7 +231,7 @@ TEST_P(Immersed, GivesTheForcesOfTheNominalCut) {
   };
   cut(remover, at(-3 * mm), at(0), 100);
   const cutting::Condition condition{6000 * units::rpm, 0.03 * mm};
-  const cutting::EngagedForce model(of.cutter, law(), options.patches.angles,
+  const cutting::EngagedForce model(of.cutter, chip_and_rubbing_law(), options.patches.angles,
                                     options.patches.slices, options.patches.slice_height);
   Vector3 force = Vector3::Zero();
   const int steps = 60;
@@ -271,7 +240,8 @@ TEST_P(Immersed, GivesTheForcesOfTheNominalCut) {
     force += model.mean(remover.engagement(), condition).force / steps;
   }
   const cutting::Immersion immersion{of.kind, of.radial_depth_mm * mm, of.depth_mm * mm};
-  const Vector3 exact = cutting::mean_load(of.cutter, law(), condition, immersion).force;
+  const Vector3 exact =
+      cutting::mean_load(of.cutter, chip_and_rubbing_law(), condition, immersion).force;
   // The platform's mark is 1 % at 20 voxels a radius.
   EXPECT_LT((force - exact).norm(), 0.01 * exact.norm());
 }
