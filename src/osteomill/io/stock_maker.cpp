@@ -26,11 +26,12 @@ constexpr double kThickSlice = 3.0 * units::mm;
 
 void check_voxels(const workpiece::Extent& box, double spacing) {
   const Vector3 counts = (box.upper - box.lower) / spacing;
-  if (counts.prod() > kMostVoxels)
+  if (counts.prod() > most_voxels())
     throw InvalidInput(
         Fault{"stock.spacing_mm", fmt::format("{:g} mm", spacing / units::mm),
-              fmt::format("makes {:.2g} voxels of the whole bone; at most {:.0e} are taken",
-                          counts.prod(), kMostVoxels),
+              fmt::format("makes {:.2g} voxels of the whole bone; the memory of this computer is "
+                          "enough for {:.2g}",
+                          counts.prod(), most_voxels()),
               "give a region by stock.lower_mm and stock.upper_mm, or a larger spacing"});
 }
 

@@ -2,6 +2,7 @@
 #include "osteomill/io/stock_section.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -190,6 +191,11 @@ bool StockCase::accepts(const char* what) const {
   return std::find(accept.begin(), accept.end(), what) != accept.end();
 }
 
+double most_voxels() {
+  return 0.25 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
+         static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
 void bind_stock(Section& section, StockCase& stock) {
   section.table("stock", "bone before the cut", Need::required, [&](Section& s) {
     s.choice<StockKind>("kind", stock.kind,
@@ -246,9 +252,10 @@ void bind_stock(Section& section, StockCase& stock) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         voxels *= std::max(0.0, (*stock.upper)[axis] - (*stock.lower)[axis]) / stock.spacing;
       }
-      if (voxels > kMostVoxels) {
+      if (voxels > most_voxels()) {
         s.fault("spacing_mm",
-                fmt::format("makes {:.2g} voxels; at most {:.0e} are taken", voxels, kMostVoxels),
+                fmt::format("makes {:.2g} voxels; the memory of this computer is enough for {:.2g}",
+                            voxels, most_voxels()),
                 "use a larger spacing or a smaller region");
       }
     }

@@ -66,8 +66,10 @@ struct StockCase {
   bool accepts(const char* what) const;
 };
 
-/// Voxels that a stock may have: about 2 GB.
-inline constexpr double kMostVoxels = 4e8;
+/// Voxels of a region that this computer has the memory for: the stock and the copy in which the
+/// path's contacts are found take four bytes each for a voxel with bone, and half of a region is
+/// taken to be bone.
+double most_voxels();
 
 void bind_stock(Section& section, StockCase& stock);
 

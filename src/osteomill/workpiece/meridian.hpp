@@ -37,6 +37,7 @@ class Meridian {
   double section_radius(double z, double offset) const;
 
   bool is_ball() const { return kind_ == Kind::ball; }
+  bool is_cylinder() const { return kind_ == Kind::cylinder; }
   double radius() const { return radius_; }
   double cutting_length() const { return cutting_length_; }
   /// From this height on the wall is the nearest part for all points within `band` of it.

@@ -31,6 +31,54 @@ void make_frames(const Vector3& a0, const Vector3& a1, Eigen::Matrix3d& frame0,
 
 }  // namespace
 
+/// Of x in a row.
+struct PoseSwath::Stretch {
+  double low = 1e30, high = -1e30;
+  void join(const Stretch& other) {
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
+  }
+  /// Where a x² + 2 b x + c <= 0, a >= 0.
+  static Stretch below(double a, double b, double c) {
+    if (a < kAcross) return c > 0.0 ? Stretch{} : Stretch{-1e30, 1e30};
+    const double rest = b * b - a * c;
+    if (rest < 0.0) return {};
+    const double half = std::sqrt(rest);
+    return {(-b - half) / a, (-b + half) / a};
+  }
+};
+
+/// Where the points base + x along are in a ball or cylinder that is larger by `grown` all around
+/// (the cylinder with sharp edges).
+PoseSwath::Stretch PoseSwath::section(const Vector3& base, const Vector3& along,
+                                      double grown) const {
+  const double radius = cutter_.radius() + grown;
+  const double floor = cutter_.is_ball() ? cutter_.radius() : -grown;
+  Stretch all = Stretch::below(along.head<2>().squaredNorm(), along.head<2>().dot(base.head<2>()),
+                               base.head<2>().squaredNorm() - radius * radius);
+  const double above = base.z() - floor;
+  if (along.z() > kAcross)
+    all.low = std::max(all.low, -above / along.z());
+  else if (along.z() < -kAcross)
+    all.high = std::min(all.high, -above / along.z());
+  else if (above < 0.0)
+    all = {};
+  if (all.low > all.high) all = {};
+  if (cutter_.is_ball()) {
+    const Vector3 b = base - floor * Vector3::UnitZ();
+    all.join(Stretch::below(1.0, along.dot(b), b.squaredNorm() - radius * radius));
+  }
+  return all;
+}
+
+/// Whether a point at q that goes this way has the cutter nearest where it is: the distance,
+/// convex, doesn't fall at first.
+bool PoseSwath::recedes(const Vector3& q, const Vector3& way) const {
+  const double across = q.x() * way.x() + q.y() * way.y();
+  if (q.z() >= upright_from_) return across >= 0.0;
+  return cutter_.is_ball() && across + (q.z() - cutter_.radius()) * way.z() >= 0.0;
+}
+
 double PoseSwath::above_tip(const ToolPose& pose) const {
   // Where the axis leaves the grid for good, as far from it as the tool is thick.
   const double around = cutter_.radius() + 1.0;
@@ -69,6 +117,9 @@ void PoseSwath::begin(const ToolPose& from, const ToolPose& to) {
   to_ = to;
   middle_ = between(from, to, 0.5);
   make_frames(from.axis_W, to.axis_W, from_frame_, to_frame_);
+  Frame again;
+  make_frames(middle_.axis_W, to.axis_W, middle_frame_, again);
+  upright_from_ = cutter_.upright_from(kBand);
   const double half_turn = 0.5 * angle_between(from.axis_W, to.axis_W);
   height_ = std::max({above_tip(from), above_tip(to), above_tip(middle_)});
   // What lies outside this around the middle pose is outside the tool at all poses.
@@ -147,8 +198,28 @@ void PoseSwath::walk(int y, int z, int first, int last) {
   const Vector3 base1 = to_frame_ * (start - to_.tip_W);
   const Vector3 along0 = from_frame_.col(0), along1 = to_frame_.col(0);
   bool open = false;  // the last run goes on here
+  Stretch gone;
+  if (cutter_.is_ball() || cutter_.is_cylinder()) {
+    const Stretch near = section(middle_frame_ * (start - middle_.tip_W), middle_frame_.col(0),
+                                 reach_ - cutter_.radius());
+    if (near.low > near.high) return;
+    // Rounding must not cost a voxel.
+    first = static_cast<int>(std::max<double>(first, std::ceil(near.low - 1e-6)));
+    last = static_cast<int>(std::min<double>(last, std::floor(near.high + 1e-6)));
+    if (!placing_) gone = section(base0, along0, -kBand);
+  }
   for (int x = first; x <= last;) {
+    if (x > gone.low && x < gone.high) {
+      x = static_cast<int>(std::min(gone.high, 1.0 * last)) + 1;
+      open = false;
+      continue;
+    }
     const Vector3 q0 = base0 + x * along0;
+    if (!placing_ && recedes(q0, base1 + x * along1 - q0)) {
+      ++x;
+      open = false;
+      continue;
+    }
     const double d0 = at(q0);
     if (d0 <= -kBand && !placing_) {  // taken before
       x += static_cast<int>(-kBand - d0) + 1;

@@ -19,8 +19,10 @@ namespace osteomill::workpiece {
 /// is clamp(1/2 + d), d the least distance of the cutter (Meridian) to that line: both ends are
 /// exact, so a path in pieces leaves the same stock within that bound.
 ///
-/// Rows of voxels are walked with steps as long as the distances allow (a distance changes by no
-/// more than the way), so the inside of the cutter and the air around it cost next to nothing.
+/// In a row of voxels the stretch that the cutter comes near to and the one that it has taken
+/// already are worked out for balls and cylinders; for other outlines, rows are walked with steps
+/// as long as the distances allow (a distance changes by no more than the way). Voxels from which
+/// the cutter's surface goes away are left out.
 class PoseSwath {
  public:
   using Run = Swath::Run;
@@ -56,6 +58,9 @@ class PoseSwath {
   void begin(const ToolPose& from, const ToolPose& to);
   double above_tip(const ToolPose& pose) const;
   double at(const Vector3& q) const;
+  struct Stretch;
+  Stretch section(const Vector3& base, const Vector3& along, double grown) const;
+  bool recedes(const Vector3& q, const Vector3& way) const;
   double nearest(const Vector3& q0, const Vector3& q1, double first, double last) const;
   void walk(int y, int z, int first, int last);
 
@@ -64,8 +69,10 @@ class PoseSwath {
   bool placing_ = false;
   ToolPose from_, to_, middle_;
   Frame from_frame_ = Frame::Identity(), to_frame_ = Frame::Identity();
-  double height_ = 0.0;  ///< of the part of the tool that can meet the grid
-  double reach_ = 0.0;   ///< around the axis of `middle_`: radius, rim and half the way
+  Frame middle_frame_ = Frame::Identity();
+  double height_ = 0.0;        ///< of the part of the tool that can meet the grid
+  double reach_ = 0.0;         ///< around the axis of `middle_`: radius, rim and half the way
+  double upright_from_ = 0.0;  ///< height from which the wall is nearest
   int first_layer_ = 0, last_layer_ = -1;
   std::vector<Run> runs_;
   std::vector<Stock::Occupancy> fresh_;

@@ -2,9 +2,11 @@
 #include "osteomill/workpiece/stock.hpp"
 
 #include <gmock/gmock.h>
+#include <tbb/task_arena.h>
 
 #include <numbers>
 
+#include "osteomill/base/archive.hpp"
 #include "osteomill/base/error.hpp"
 #include "osteomill/base/units.hpp"
 #include "osteomill/workpiece/phantoms.hpp"
@@ -47,6 +49,23 @@ TEST(Stock, StoresNoAirAroundTheBone) {
   EXPECT_EQ(stock.stored_voxels(), 24u * 24u * 24u);
   EXPECT_EQ(stock.bone_box().first, (std::array{100, 100, 100}));
   EXPECT_EQ(stock.bone_box().last, (std::array{119, 119, 119}));
+}
+
+TEST(Stock, IsTheSameForAnyNumberOfThreads) {
+  const auto made_by = [](int threads) {
+    tbb::task_arena arena(threads);
+    return arena.execute([] { return tibia_section({}, 0.5 * mm, 1 * mm); });
+  };
+  Stock one = made_by(1), four = made_by(4);
+  Saver of_one, of_four;
+  of_one(one);
+  of_four(four);
+  EXPECT_EQ(of_one.bytes(), of_four.bytes());
+  const geometry::GridShape& shape = one.shape();
+  for (int z = 0; z < shape.size[2]; ++z)
+    for (int y = 0; y < shape.size[1]; ++y)
+      for (int x = 0; x < shape.size[0]; ++x)
+        ASSERT_EQ(one.material(x, y, z).density, four.material(x, y, z).density);
 }
 
 TEST(TibiaSection, HasACorticalRimAndCancellousBoneInside) {
