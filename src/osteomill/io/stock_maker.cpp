@@ -22,6 +22,9 @@ using geometry::Vector3;
 // The largest value of a 12-bit scanner; and slices in which a cortical shell is lost.
 constexpr int kSaturatedHounsfield = 3071;
 constexpr double kPaintSpacing = 0.4 * units::mm;  // half the thinnest layer that is painted
+// Between the grid points of a distance the facets of a scanned bone, a millimetre wide, are
+// planes; finer fields of a whole bone take gigabytes.
+constexpr double kFinestSurface = 0.1 * units::mm;
 constexpr double kThickSlice = 3.0 * units::mm;
 
 void check_voxels(const workpiece::Extent& box, double spacing) {
@@ -166,7 +169,8 @@ MadeStock from_mesh(const StockCase& stock, const BoneCase& bone) {
   // where their depth does, what is deeper is all one.
   const double h = stock.spacing;
   const double deepest = std::max({painted.shell_joint, painted.shell_shaft, painted.plate});
-  const Solid surface(file.mesh, {.spacing = 0.5 * h, .inside = h, .outside = h});
+  const Solid surface(file.mesh,
+                      {.spacing = std::max(0.5 * h, kFinestSurface), .inside = h, .outside = h});
   const Solid depth(file.mesh, {.spacing = std::max(h, kPaintSpacing),
                                 .inside = deepest + 2.0 * std::max(h, kPaintSpacing)});
   const auto distance = [surface, depth, h](const Vector3& p_P) {
