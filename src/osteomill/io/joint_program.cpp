@@ -111,12 +111,11 @@ void check_jump(const CarryingRobot& robot, const Eigen::VectorXd& from, const E
 std::vector<JointMove> joint_program(const CarryingRobot& robot,
                                      const std::vector<MachineMove>& path, double full_feed,
                                      double chord_error) {
-  const auto cut = [](const MachineMove& move) { return move.cut; };
   const double length = path.back().to;
   const auto middle = std::find_if(path.begin(), path.end(), [&](const MachineMove& move) {
     return move.cut && move.to >= 0.5 * length;
   });
-  if (middle == path.end() || std::none_of(path.begin(), path.end(), cut)) return {};
+  if (middle == path.end()) return {};
   Joints joints(robot);
   joints.begin(tool_at(*middle, 0.5), 0.5 * length);
 

@@ -57,13 +57,7 @@ std::vector<Step> mill(StockWorkpiece& workpiece, double feed) {
   return milling.steps();
 }
 
-TEST(StockWorkpiece, MeanForceInASlotIsThatOfTheNominalCut) {
-  StockWorkpiece workpiece(block(), slot());
-  const std::vector<Step> steps = mill(workpiece, 4e-3);
-  const cutting::Condition condition{kSpindle, cutting::feed_per_tooth(4e-3, kSpindle, 2)};
-  const Vector3 expected =
-      cutting::mean_load(cutter(), law(), condition, {cutting::ImmersionKind::slot, 0.0, 3e-3})
-          .force;
+Vector3 mean_force_in_the_middle(const std::vector<Step>& steps) {
   Vector3 mean = Vector3::Zero();
   int count = 0;
   for (const Step& step : steps) {
@@ -71,7 +65,17 @@ TEST(StockWorkpiece, MeanForceInASlotIsThatOfTheNominalCut) {
     mean += step.mean_force_W;
     ++count;
   }
-  mean /= count;
+  return mean / count;
+}
+
+TEST(StockWorkpiece, MeanForceInASlotIsThatOfTheNominalCut) {
+  StockWorkpiece workpiece(block(), slot());
+  const std::vector<Step> steps = mill(workpiece, 4e-3);
+  const cutting::Condition condition{kSpindle, cutting::feed_per_tooth(4e-3, kSpindle, 2)};
+  const Vector3 expected =
+      cutting::mean_load(cutter(), law(), condition, {cutting::ImmersionKind::slot, 0.0, 3e-3})
+          .force;
+  const Vector3 mean = mean_force_in_the_middle(steps);
   // Voxel engagement against the analytic one: 2 % of the resultant at 12 voxels a radius; the
   // feed is along x, so the tool frame is the work frame.
   EXPECT_LT((mean - expected).norm(), 0.02 * expected.norm()) << mean << "\n" << expected;
@@ -83,14 +87,7 @@ TEST(StockWorkpiece, AToolThatBendsLeavesTheSlotBesideItsPathByItsDeflection) {
   const workpiece::Stock before = block();
   StockWorkpiece workpiece(before, job);
   const std::vector<Step> steps = mill(workpiece, 4e-3);
-  Vector3 mean = Vector3::Zero();
-  int count = 0;
-  for (const Step& step : steps) {
-    if (step.tip_W.x() < 6e-3 || step.tip_W.x() > 14e-3) continue;
-    mean += step.mean_force_W;
-    ++count;
-  }
-  mean /= count;
+  const Vector3 mean = mean_force_in_the_middle(steps);
   double walls = 0.0;
   for (const double side : {-1.0, 1.0}) {
     double sum = 0.0, weight = 0.0;

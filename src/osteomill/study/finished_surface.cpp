@@ -188,8 +188,8 @@ FinishedSurface measure_surface(std::span<const SurfaceSample> samples,
   }
   if (kept.size() < 4)
     throw InvalidInput(Fault{"surface", std::to_string(kept.size()) + " places",
-                             "must have a cut within surface.reach_mm of the plan",
-                             "check the plan against the path, or raise surface.reach_mm"});
+                             "must have a cut within finish.reach_mm of the plan",
+                             "check the plan against the path, or raise finish.reach_mm"});
   result.beyond_area = beyond;
   // Points of a level plane lie over the middles of voxels: those become the middles of cells.
   low_x -= 0.5 * map.cell;
