@@ -7,7 +7,7 @@
 
 add_library(osteomill_warnings INTERFACE)
 target_compile_options(osteomill_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-  -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+  -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
 
 find_package(GTest REQUIRED)
 include(GoogleTest)
