@@ -72,13 +72,27 @@ struct NoMap {
 /// share it.
 class LevelMap {
  public:
-  LevelMap(ShadowMap& map, const Vector3& tip, std::vector<float>& line)
-      : map_(map),
-        tip_(tip),
-        line_(line),
-        rate_(VoxelShadow::fixed(map.y_T().x())),
-        along_x_(std::abs(map.y_T().x()) < 1e-12) {
-    line_.assign(static_cast<std::size_t>(kBefore + map.stride()), 0.0f);
+  LevelMap(ShadowMap& map, const Vector3& tip, bool one_material, FourShadows& four_shadows,
+           std::vector<float>& line)
+      : map_(map), tip_(tip) {
+    const auto length = static_cast<std::size_t>(kBefore + map.stride());
+    line.resize(4 * length);
+    const Vector3& across = map.y_T();
+    const VoxelShadow& shadow = map.lateral_shadow();
+    const bool along_x = std::abs(across.x()) < 1e-12;
+    if (!along_x) four_shadows.prepare(shadow, VoxelShadow::fixed(across.x()));
+    line_ = {kBefore + map.lateral_cell(-tip),
+             across.x(),
+             across.y(),
+             VoxelShadow::kPhaseBits,
+             shadow.table(),
+             VoxelShadow::kStride,
+             four_shadows.table(),
+             four_shadows.first_cell(),
+             along_x,
+             one_material,
+             length,
+             line.data()};
   }
 
   void add(int z, const Gathered& layer) {
@@ -93,7 +107,10 @@ class LevelMap {
       gathered_ = false;
       return;
     }
-    if (!layer.alike || !gathered_) gather(layer);
+    if (!layer.alike || !gathered_)
+      any_ = kernel::best().share(line_, layer.runs.data(), layer.runs.size(), layer.amounts,
+                                  layer.units);
+    gathered_ = true;
     if (!any_) return;
     const float upper_share = shared ? static_cast<float>(above) * map_.gain() : 0.0f;
     if (has_lower) add_line(row, map_.gain() - upper_share);
@@ -104,53 +121,9 @@ class LevelMap {
   /// Cells before the first of the map: whole lanes may begin there, with nothing in it.
   static constexpr int kBefore = kFour;
 
-  void gather(const Gathered& layer) {
-    std::fill(line_.begin(), line_.end(), 0.0f);
-    any_ = false;
-    gathered_ = true;
-    for (std::size_t at = 0; at < layer.runs.size(); ++at) {
-      if (layer.units[at] == 0) continue;
-      any_ = true;
-      const Swath::Run& run = layer.runs[at];
-      const std::int64_t lateral =
-          VoxelShadow::fixed(map_.lateral_cell(Vector3(run.start(), run.y, 0.0) - tip_));
-      const float* amounts = layer.amounts + run.fresh;
-      if (along_x_)
-        share_sum(lateral, amounts, run.lanes());
-      else
-        share_each(lateral, amounts, run.lanes());
-    }
-  }
-  void share_sum(std::int64_t lateral, const float* amounts, int length) {
-    FourFloats sum = {};
-    for (int k = 0; k < length; k += kFour) sum += load<FourFloats>(amounts + k);
-    int column = 0;
-    const float* shares = map_.lateral_shadow().shares(lateral, column);
-    add_three(line_.data() + kBefore + column, shares, sum_of(sum));
-  }
-  /// Four voxels reach no more than eight cells, whose sums stay in registers.
-  void share_each(std::int64_t lateral, const float* amounts, int length) {
-    const VoxelShadow& shadow = map_.lateral_shadow();
-    for (int k = 0; k < length; k += kFour, lateral += kFour * rate_) {
-      const FourFloats four = load<FourFloats>(amounts + k);
-      if (all_zero(four)) continue;
-      int lowest = 0;
-      shadow.shares(rate_ < 0 ? lateral + (kFour - 1) * rate_ : lateral, lowest);
-      FourFloats low = {}, high = {};
-      for (int i = 0; i < kFour; ++i) {
-        int column = 0;
-        const float* shares = shadow.shares(lateral + i * rate_, column) - (column - lowest);
-        low += four[i] * load<FourFloats>(shares);
-        high += four[i] * load<FourFloats>(shares + kFour);
-      }
-      float* cells = line_.data() + kBefore + lowest - 1;
-      store(load<FourFloats>(cells) + low, cells);
-      store(load<FourFloats>(cells + kFour) + high, cells + kFour);
-    }
-  }
   void add_line(int row, float share) {
     float* cells = map_.row(row);
-    const float* line = line_.data() + kBefore;
+    const float* line = line_.cells + kBefore;
     for (int column = 0; column < map_.stride(); column += kFour)
       store(load<FourFloats>(cells + column) + share * load<FourFloats>(line + column),
             cells + column);
@@ -159,9 +132,7 @@ class LevelMap {
 
   ShadowMap& map_;
   Vector3 tip_;
-  std::vector<float>& line_;
-  std::int64_t rate_ = 0;
-  bool along_x_ = false;
+  kernel::Line line_{};
   bool gathered_ = false, any_ = false;  ///< line_ holds a layer, which took something
 };
 
@@ -178,11 +149,11 @@ class TiltedMap {
     for (std::size_t at = 0; at < layer.runs.size(); ++at) {
       if (layer.units[at] == 0) continue;
       const Swath::Run& run = layer.runs[at];
-      const Vector3 start = Vector3(run.start(), run.y, z) - tip_;
+      const Vector3 start = Vector3(kernel::start_of(run), run.y, z) - tip_;
       std::int64_t lateral = VoxelShadow::fixed(map_.lateral_cell(start));
       std::int64_t eta = VoxelShadow::fixed(map_.eta_cell(start));
       const float* amounts = layer.amounts + run.fresh;
-      for (int k = 0; k < run.lanes(); ++k) {
+      for (int k = 0; k < kernel::lanes_of(run); ++k) {
         if (amounts[k] > 0.0f) share(lateral, eta, amounts[k] * map_.gain());
         lateral += lateral_rate_;
         eta += eta_rate_;
@@ -215,72 +186,36 @@ Remover::Remover(Stock& stock, const cutting::Cutter& cutter, const RemoverOptio
       pose_swath_(meridian_, stock.shape()),
       map_(cutter, stock.spacing(),
            options.patches.slices > 0 ? options.patches : patches_for(cutter, stock.spacing()),
-           options.memory) {}
-
-/// Takes what a run says; returns the units. `alike` stays where the amounts are those that were
-/// there before.
-template <bool one_material>
-std::uint32_t Remover::take_run(const Swath::Run& run, const Stock::Occupancy* fresh, int z,
-                                Totals& totals, bool& alike) {
-  Stock::Slab& slab = stock_.slabs_[static_cast<std::size_t>(z / Stock::kTile)];
-  const std::uint32_t* tiles = slab.tiles.data() + (run.y / Stock::kTile) * stock_.tiles_along_x_ +
-                               run.start() / Stock::kTile;
-  const auto in_tile = static_cast<std::size_t>((z % Stock::kTile) * Stock::kTileLayer +
-                                                run.y % Stock::kTile * Stock::kTile);
-  float* amounts = amounts_.data() + run.fresh;
-  fresh += run.fresh;
-  FourInts units = {}, same = ~FourInts{};
-  for (int k = 0; k < run.lanes(); k += kEight, ++tiles) {
-    const std::size_t place = std::size_t{*tiles} * Stock::kTileVoxels + in_tile;
-    Stock::Occupancy* occupancy = slab.occupancy.data() + place;
-    __builtin_prefetch(occupancy + Stock::kTileLayer, 1);  // of the next layer
-    const auto old = load<EightShorts>(occupancy);
-    const EightShorts taken = less(old, load<EightShorts>(fresh + k));
-    store(old - taken, occupancy);
-    const FourInts low = first_four(taken), high = last_four(taken);
-    units += low + high;
-    FourFloats low_amounts = as_floats(low), high_amounts = as_floats(high);
-    if constexpr (!one_material) {
-      const std::uint16_t* material = slab.material.data() + place;
-      for (int i = 0; i < kEight; ++i) {
-        if (taken[i] == 0) continue;
-        const BoneMaterial& bone = stock_.palette_[material[i]];
-        const double scaled = taken[i] * bone.force_scale;
-        totals.unit_density += taken[i] * bone.density;
-        totals.unit_scale += scaled;
-        (i < kFour ? low_amounts[i] : high_amounts[i - kFour]) = static_cast<float>(scaled);
-      }
-    }
-    same &= (load<FourFloats>(amounts + k) == low_amounts) &
-            (load<FourFloats>(amounts + k + kFour) == high_amounts);
-    store(low_amounts, amounts + k);
-    store(high_amounts, amounts + k + kFour);
+           options.memory) {
+  for (const BoneMaterial& material : stock.palette_) {
+    densities_.push_back(material.density);
+    force_scales_.push_back(material.force_scale);
   }
-  alike = alike && (same[0] & same[1] & same[2] & same[3]) != 0;
-  return static_cast<std::uint32_t>(sum_of(units));
 }
 
-/// Returns whether all was as in the last layer, if that had the same list.
-template <bool one_material, class Source>
-bool Remover::take_layer(const Source& source, int z, Totals& totals) {
+/// Returns whether all was as in the last layer, if that had the same list: otherwise it's `new`.
+template <class Source>
+bool Remover::take_layer(const Source& source, int z, bool is_new, Totals& totals) {
   Stock::Slab& slab = stock_.slabs_[static_cast<std::size_t>(z / Stock::kTile)];
   const std::span<const Swath::Run> runs = source.runs();
   if (amounts_.size() < source.fresh_size()) amounts_.resize(2 * source.fresh_size());
   if (run_units_.size() < runs.size()) run_units_.resize(2 * runs.size());
-  std::int64_t layer_units = 0;
-  bool alike = true;
-  for (std::size_t at = 0; at < runs.size(); ++at) {
-    std::int64_t& row_units = slab.row_units[static_cast<std::size_t>(runs[at].y / Stock::kTile)];
-    std::uint32_t units = 0;
-    if (row_units > 0) units = take_run<one_material>(runs[at], source.fresh(), z, totals, alike);
-    row_units -= units;
-    layer_units += units;
-    alike = alike && run_units_[at] == units;
-    run_units_[at] = units;
-  }
-  stock_.layer_units_[static_cast<std::size_t>(z)] -= layer_units;
-  totals.units += layer_units;
-  return alike;
+  const kernel::Layer layer{slab.tiles.data(),
+                            stock_.tiles_along_x_,
+                            static_cast<std::size_t>(z % Stock::kTile * Stock::kTileLayer),
+                            slab.occupancy.data(),
+                            slab.material.data(),
+                            slab.row_units.data(),
+                            densities_.data(),
+                            force_scales_.data(),
+                            densities_.size() == 1};
+  const kernel::Taken taken = kernel::best().take(layer, runs.data(), runs.size(), source.fresh(),
+                                                  !is_new, amounts_.data(), run_units_.data());
+  stock_.layer_units_[static_cast<std::size_t>(z)] -= taken.units;
+  totals.units += taken.units;
+  totals.unit_density += taken.unit_density;
+  totals.unit_scale += taken.unit_scale;
+  return taken.alike;
 }
 
 template <class Source, class Map>
@@ -289,9 +224,8 @@ void Remover::carve(Source& source, Map&& map, Totals& totals) {
   for (int z = source.first_layer(); z < stock_.shape_.size[2] && source.reaches(z); ++z) {
     if (stock_.layer_units_[static_cast<std::size_t>(z)] == 0) continue;
     const bool is_new = source.list(z, stock_.slab(z).row_units);
-    const bool alike =
-        one_material ? take_layer<true>(source, z, totals) : take_layer<false>(source, z, totals);
-    map.add(z, {source.runs(), run_units_.data(), amounts_.data(), alike && !is_new});
+    const bool alike = take_layer(source, z, is_new, totals);
+    map.add(z, {source.runs(), run_units_.data(), amounts_.data(), alike});
   }
   if (one_material) {
     totals.unit_density = static_cast<double>(totals.units) * stock_.palette_[0].density;
@@ -350,7 +284,7 @@ void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals
   }
   swath_.begin_step(from.tip_W, to.tip_W);
   if (to.tip_W.z() == from.tip_W.z())
-    carve(swath_, LevelMap(map_, from.tip_W, line_), cut);
+    carve(swath_, LevelMap(map_, from.tip_W, densities_.size() == 1, four_shadows_, line_), cut);
   else
     carve(swath_, TiltedMap(map_, from.tip_W), cut);
 }

@@ -73,11 +73,8 @@ class Remover {
 
   template <class Source, class Map>
   void carve(Source& source, Map&& map, Totals& totals);
-  template <bool one_material, class Source>
-  bool take_layer(const Source& source, int z, Totals& totals);
-  template <bool one_material>
-  std::uint32_t take_run(const Swath::Run& run, const Stock::Occupancy* fresh, int z,
-                         Totals& totals, bool& alike);
+  template <class Source>
+  bool take_layer(const Source& source, int z, bool is_new, Totals& totals);
   Totals place(const ToolPose& pose);
   void move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals& buried);
 
@@ -86,12 +83,14 @@ class Remover {
   Swath swath_;
   PoseSwath pose_swath_;
   ShadowMap map_;
+  std::vector<double> densities_, force_scales_;  // of the stock's palette
   bool placed_ = false;
   ToolPose pose_;  // where the last step ended, voxels
   // Of the layer that is carved, in units or units × force scale.
   std::vector<float> amounts_;            // of each voxel, beside the fresh occupancies
   std::vector<std::uint32_t> run_units_;  // of each run
-  std::vector<float> line_;               // see LevelMap
+  FourShadows four_shadows_;              // see LevelMap
+  std::vector<float> line_;               // the same
 };
 
 }  // namespace osteomill::workpiece

@@ -195,10 +195,11 @@ void ShadowMap::compute_stencil() {
   const double share = 1.0 / (per_slice * per_angle);
   pieces_.clear();
   patch_start_.assign(1, 0);
-  slice_rows_.clear();
+  fronts_.clear();
+  std::fill(engagement_.weights.begin(), engagement_.weights.end(), 0.0);
   std::vector<std::pair<int, float>> patch;  // cells and weights
   for (int slice = 0; slice < patches_.slices; ++slice) {
-    SliceRows used{rows_, -1};
+    Front used{rows_, -1, 0, 0};
     for (int angle = 0; angle < patches_.angles; ++angle) {
       patch.clear();
       double front = 0.0, covered = 0.0;
@@ -235,14 +236,17 @@ void ShadowMap::compute_stencil() {
       if (covered > 0.0) {
         for (auto& [cell, weight] : patch) {
           weight *= static_cast<float>(front / covered);
-          used.first = std::min(used.first, cell / stride_);
-          used.last = std::max(used.last, cell / stride_);
+          used.first_row = std::min(used.first_row, cell / stride_);
+          used.last_row = std::max(used.last_row, cell / stride_);
         }
         add_pieces(patch);
+        const std::size_t at = patch_start_.size() - 1;
+        if (used.first_patch == used.end_patch) used.first_patch = at;
+        used.end_patch = at + 1;
       }
       patch_start_.push_back(pieces_.size());
     }
-    slice_rows_.push_back(used);
+    fronts_.push_back(used);
   }
 }
 
@@ -272,21 +276,18 @@ double ShadowMap::sweep_share(int slice, int angle) const {
 }
 
 const cutting::Engagement& ShadowMap::engagement() {
-  std::size_t patch = 0;
-  for (const SliceRows& used : slice_rows_) {
-    const std::size_t end = patch + static_cast<std::size_t>(patches_.angles);
-    if (used.last < first_row_ || used.first > last_row_) {
-      std::fill(engagement_.weights.begin() + static_cast<std::ptrdiff_t>(patch),
-                engagement_.weights.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
-      patch = end;
+  for (const Front& front : fronts_) {
+    double* weights = engagement_.weights.data();
+    if (front.last_row < first_row_ || front.first_row > last_row_) {
+      std::fill(weights + front.first_patch, weights + front.end_patch, 0.0);
       continue;
     }
-    for (; patch < end; ++patch) {
+    for (std::size_t patch = front.first_patch; patch < front.end_patch; ++patch) {
       FourFloats weight = {};
       for (std::size_t at = patch_start_[patch]; at < patch_start_[patch + 1]; ++at)
         weight += load<FourFloats>(pieces_[at].weights) *
                   load<FourFloats>(cells_.data() + pieces_[at].cell);
-      engagement_.weights[patch] = static_cast<double>(sum_of(weight));
+      weights[patch] = static_cast<double>(sum_of(weight));
     }
   }
   if (turn_T_.isZero(0.0)) return engagement_;

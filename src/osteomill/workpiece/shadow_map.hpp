@@ -102,7 +102,7 @@ class ShadowMap {
   void exchange(Archive& a) {
     a(columns_, rows_, stride_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_,
       y_T_, z_T_, turn_T_, eta_, sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_,
-      lateral_shadow_, eta_shadow_, shadow_feed_, gain_, patch_start_, pieces_, slice_rows_);
+      lateral_shadow_, eta_shadow_, shadow_feed_, gain_, patch_start_, pieces_, fronts_);
   }
 
  private:
@@ -138,10 +138,12 @@ class ShadowMap {
   void add_pieces(std::vector<std::pair<int, float>>& cells);
   std::vector<std::size_t> patch_start_;  // into pieces_, one more than patches
   std::vector<Piece> pieces_;
-  struct SliceRows {
-    int first, last;
+  /// Of a slice: the rows of cells that its patches look at, and the patches that look at any.
+  struct Front {
+    int first_row, last_row;
+    std::size_t first_patch, end_patch;
   };
-  std::vector<SliceRows> slice_rows_;
+  std::vector<Front> fronts_;
   cutting::Engagement engagement_;
 };
 

@@ -14,40 +14,11 @@ constexpr double kBand = 0.5;  // half the width over which occupancy goes from 
 constexpr double kFar = 1e30;
 constexpr double kAlongAxis = 1e-12;  // a direction cosine that is none
 
-double square(double a) { return a * a; }
-
 Stock::Occupancy occupancy_at(double distance) {
   return static_cast<Stock::Occupancy>(std::clamp(kBand + distance, 0.0, 1.0) * Stock::kFull + 0.5);
 }
 
 }  // namespace
-
-/// Of x in a row.
-struct Swath::Interval {
-  double low = 1.0, high = 0.0;
-  bool empty() const { return low > high; }
-  void join(const Interval& other) {
-    if (other.empty()) return;
-    if (empty()) *this = other;
-    low = std::min(low, other.low);
-    high = std::max(high, other.high);
-  }
-  static Interval of_disk(double x, double y_offset, double radius) {
-    const double rest = square(radius) - square(y_offset);
-    if (radius < 0.0 || rest < 0.0) return {};
-    const double half = std::sqrt(rest);
-    return {x - half, x + half};
-  }
-};
-
-/// What all sections of a row have in common.
-struct Swath::Row {
-  int y = 0;
-  double y0 = 0.0, y1 = 0.0;  ///< offset from the start and the end
-  double front = -kFar;       ///< least x (hx > 0) or greatest x (hx < 0) ahead of the start
-  Interval beside;            ///< x between start and end along the feed
-  double centre = 0.0;        ///< x on the line of the feed, where hy isn't 0
-};
 
 void Swath::begin(const Vector3& from, const Vector3& to) {
   from_ = from;
@@ -62,13 +33,54 @@ void Swath::begin(const Vector3& from, const Vector3& to) {
     hx_ = 1.0;
     hy_ = 0.0;
   }
-  per_hx_ = std::abs(hx_) > kAlongAxis ? 1.0 / hx_ : 0.0;
-  per_hy_ = std::abs(hy_) > kAlongAxis ? 1.0 / hy_ : 0.0;
   lowest_ = std::min(from.z(), to.z());
   // From here up the envelope is upright all along: a rise makes no difference.
   upright_from_ = std::max(from.z(), to.z()) + cutter_.upright_from(kBand);
   if (rise_ != 0.0) swept_ = SweptTool(cutter_, from, to);
   listed_ = false;
+  begin_rows();
+}
+
+void Swath::begin_rows() {
+  const double reach = cutter_.radius() + kBand;
+  const double low = std::max(0.0, std::min(from_.y(), to_.y()) - reach);
+  const double high = std::min(shape_.size[1] - 1.0, std::max(from_.y(), to_.y()) + reach);
+  first_y_ = static_cast<int>(std::ceil(std::min(low, 1e9)));
+  last_y_ = static_cast<int>(std::floor(std::max(high, -1.0)));
+  if (first_y_ > last_y_) return;
+  const std::size_t size = up_to_eight(static_cast<std::size_t>(last_y_ - first_y_ + 1));
+  rows_.resize(7 * size);
+  stretches_.resize(6 * size);
+  runs_.resize(2 * size);
+  double* const at = rows_.data();
+  row_arrays_ = {
+      at, at + size, at + 2 * size, at + 3 * size, at + 4 * size, at + 5 * size, at + 6 * size};
+  int* const out = stretches_.data();
+  stretch_arrays_ = {
+      {out, out + size}, {out + 2 * size, out + 3 * size}, out + 4 * size, out + 5 * size};
+  const double per_hx = std::abs(hx_) > kAlongAxis ? 1.0 / hx_ : 0.0;
+  const double per_hy = std::abs(hy_) > kAlongAxis ? 1.0 / hy_ : 0.0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double y = first_y_ + static_cast<double>(i);
+    const double y0 = y - from_.y(), y1 = y - to_.y();
+    const double along = hy_ * y0;  // 0 <= hx (x - from) + along <= run
+    double ahead_low = -kFar, ahead_high = kFar, beside_low = -kFar, beside_high = kFar;
+    const double start = from_.x() - along * per_hx, end = start + run_ * per_hx;
+    if (per_hx != 0.0) {
+      (per_hx > 0.0 ? ahead_low : ahead_high) = start;
+      beside_low = std::min(start, end);
+      beside_high = std::max(start, end);
+    } else {
+      if (along < 0.0) ahead_low = kFar;
+      if (along < 0.0 || along > run_) beside_low = kFar;
+    }
+    double* row = at + i;
+    for (const double value : {y0 * y0, y1 * y1, ahead_low, ahead_high, beside_low, beside_high,
+                               from_.x() + hx_ * y0 * per_hy}) {
+      *row = value;
+      row += size;
+    }
+  }
 }
 
 void Swath::begin_step(const Vector3& from, const Vector3& to) {
@@ -87,139 +99,87 @@ int Swath::first_layer() const {
 
 bool Swath::reaches(int z) const { return run_ > 0.0 || placing_ || !upright(z); }
 
-Swath::Interval Swath::front(const Row& row, double radius) const {
-  Interval all = Interval::of_disk(to_.x(), row.y1, radius);
-  if (hx_ > kAlongAxis)
-    all.low = std::max(all.low, row.front);
-  else if (hx_ < -kAlongAxis)
-    all.high = std::min(all.high, row.front);
-  else if (hy_ * row.y0 < 0.0)
-    all = {};
-  Interval strip = row.beside;
-  if (per_hy_ != 0.0) {
-    const double half = radius * std::abs(per_hy_);
-    strip.low = std::max(strip.low, row.centre - half);
-    strip.high = std::min(strip.high, row.centre + half);
-  } else if (std::abs(row.y0) > radius) {
-    strip = {};
-  }
-  if (radius >= 0.0) all.join(strip);
-  return all;
+inline void Swath::add_run(int row, int part) {
+  const int first = stretch_arrays_.first[part][row], last = stretch_arrays_.last[part][row];
+  if (first > last) return;
+  Run& run = runs_[run_count_++];
+  run = {first_y_ + row,
+         first,
+         last,
+         fresh_size_,
+         stretch_arrays_.gone_first[row],
+         stretch_arrays_.gone_last[row]};
+  fresh_size_ += static_cast<std::size_t>(kernel::lanes_of(run));
 }
 
-Swath::Interval Swath::everywhere(const Row& row, double radius) const {
-  Interval all = Interval::of_disk(from_.x(), row.y0, radius);
-  if (run_ > 0.0) all.join(front(row, radius));
-  return all;
-}
-
-/// The occupancy of eight voxels of a run from its start() + at on.
-template <bool round>
-void Swath::fill_level(const Run& run, int at, const Row& row) {
-  const double along_y = hy_ * row.y0, lateral_y = hx_ * row.y0;
-  const double under = below_ * below_, offset = kBand - cutter_.radius();
-  const TwoDoubles zero = {}, length = {run_, run_}, full = {Stock::kFull, Stock::kFull};
-  const double x = run.start() + at - from_.x();
-  const auto two = [&](double first) {
-    const TwoDoubles dx = {first, first + 1.0};
-    const TwoDoubles along = hx_ * dx + along_y, lateral = lateral_y - hy_ * dx;
-    const TwoDoubles ahead = along - least(most(along, zero), length);
-    const TwoDoubles r_sq = ahead * ahead + lateral * lateral;
-    TwoDoubles share;  // of the voxel
-    if constexpr (round) {
-      share = root(r_sq + under) + offset;
-    } else {
-      const TwoDoubles r = root(r_sq);
-      share = TwoDoubles{cutter_.distance(r[0], height_), cutter_.distance(r[1], height_)} + kBand;
-    }
-    return least(most(share * full, zero), full) + 0.5;
-  };
-  const TwoDoubles units[4] = {two(x), two(x + 2), two(x + 4), two(x + 6)};
-  store(as_shorts(units), fresh_.data() + run.fresh + at);
-}
-
-void Swath::add_run(const Interval& part, const Interval& all_gone, const Row& row, int z) {
-  if (part.empty()) return;
-  Run run;
-  run.y = row.y;
-  if (part.high < 0.0) return;
-  const double low = std::max(part.low, 0.0);
-  run.first = static_cast<int>(std::min(low, 1e9));  // rounded down
-  if (run.first < low) ++run.first;
-  run.last = static_cast<int>(std::min(part.high, shape_.size[0] - 1.0));
-  if (run.first > run.last) return;
-  run.fresh = fresh_size_;
-  fresh_size_ += static_cast<std::size_t>(run.lanes());
+/// The occupancies of the voxels of the runs of a layer.
+void Swath::fill(int z) {
   if (fresh_.size() < fresh_size_) fresh_.resize(2 * fresh_size_);
-  Stock::Occupancy* fresh = fresh_.data() + run.fresh;
-  for (int k = 0; k < run.lanes(); k += kEight) {
-    const int x = run.start() + k;
-    if (!upright(z)) {
-      for (int i = 0; i < kEight; ++i)
-        fresh[k + i] = x + i < run.first || x + i > run.last
-                           ? kNothing
-                           : occupancy_at(swept_.distance(Vector3(x + i, row.y, z)));
-    } else if (x >= all_gone.low && x + kEight - 1 <= all_gone.high) {
-      store(EightShorts{}, fresh + k);  // between the rims all goes
-    } else if (round_) {
-      fill_level<true>(run, k, row);
-    } else {
-      fill_level<false>(run, k, row);
+  const bool is_upright = upright(z);
+  if (is_upright && (cutter_.is_ball() || height_ >= cutter_.upright_from(kBand))) {
+    const double below = cutter_.is_ball() ? std::min(0.0, height_ - cutter_.radius()) : 0.0;
+    kernel::best().fill(
+        {from_.x(), from_.y(), hx_, hy_, run_, below * below, kBand - cutter_.radius()},
+        runs_.data(), run_count_, fresh_.data());
+    return;
+  }
+  for (const Run& run : runs()) {
+    const double y = run.y - from_.y();
+    Stock::Occupancy* fresh = fresh_.data() + run.fresh;
+    const int start = kernel::start_of(run), end = start + kernel::lanes_of(run);
+    for (int x = start; x < end; ++x, ++fresh) {
+      if (x < run.first || x > run.last) {
+        *fresh = kNothing;
+      } else if (x >= run.gone_first && x <= run.gone_last) {
+        *fresh = 0;
+      } else if (!is_upright) {
+        *fresh = occupancy_at(swept_.distance(Vector3(x, run.y, z)));
+      } else {
+        const double dx = x - from_.x(), along = hx_ * dx + hy_ * y;
+        const double ahead = along - std::clamp(along, 0.0, run_), lateral = hx_ * y - hy_ * dx;
+        *fresh =
+            occupancy_at(cutter_.distance(std::sqrt(ahead * ahead + lateral * lateral), height_));
+      }
     }
   }
-  runs_.push_back(run);
 }
 
 bool Swath::list(int z, std::span<const std::int64_t> row_units) {
   const bool is_upright = upright(z);
   const double height = rise_ == 0.0 ? z - from_.z() : is_upright ? kFar : 0.0;
-  const double outer = cutter_.section_radius(z - lowest_, kBand);
-  const double inner = is_upright ? cutter_.section_radius(height, -kBand) : -1.0;
-  const double gone = placing_ ? -1.0 : cutter_.section_radius(z - from_.z(), -kBand);
+  kernel::Section section{};
+  section.from_x = from_.x();
+  section.to_x = to_.x();
+  section.outer = cutter_.section_radius(z - lowest_, kBand);
+  section.inner = is_upright ? cutter_.section_radius(height, -kBand) : -1.0;
+  section.gone = placing_ ? -1.0 : cutter_.section_radius(z - from_.z(), -kBand);
+  section.slant = std::abs(hy_) > kAlongAxis ? 1.0 / std::abs(hy_) : 0.0;
+  section.from_too = !is_upright || placing_;
+  section.moves = run_ > 0.0;
+  section.last_x = shape_.size[0] - 1.0;
   // The side of a cylinder and of a shank: every layer is the same.
-  const bool whole = is_upright && inner == cutter_.radius() - kBand && gone == inner;
+  const bool whole =
+      is_upright && section.inner == cutter_.radius() - kBand && section.gone == section.inner;
   if (listed_ && whole && whole_) return false;
   listed_ = true;
   whole_ = whole;
   height_ = height;
-  round_ = cutter_.is_ball() || height >= cutter_.upright_from(kBand);
-  below_ = cutter_.is_ball() ? std::min(0.0, height - cutter_.radius()) : 0.0;
-  runs_.clear();
+  run_count_ = 0;
   fresh_size_ = 0;
-  if (outer < 0.0) return true;
-  const double low_y = std::min(from_.y(), to_.y()) - outer;
-  const double high_y = std::max(from_.y(), to_.y()) + outer;
-  Row row;
-  row.y = static_cast<int>(std::ceil(std::max(0.0, low_y)));
-  const int last_y = static_cast<int>(std::floor(std::min(shape_.size[1] - 1.0, high_y)));
-  for (; row.y <= last_y; ++row.y) {
-    if (!whole && row_units[static_cast<std::size_t>(row.y / 8)] == 0) continue;
-    row.y0 = row.y - from_.y();
-    row.y1 = row.y - to_.y();
-    const double along = hy_ * row.y0;  // 0 <= hx (x - from) + along <= run
-    row.front = from_.x() - along * per_hx_;
-    if (per_hx_ != 0.0) {
-      const double end = row.front + run_ * per_hx_;
-      row.beside = {std::min(row.front, end), std::max(row.front, end)};
-    } else if (along >= 0.0 && along <= run_) {
-      row.beside = {-kFar, kFar};
-    } else {
-      row.beside = {};
-    }
-    row.centre = from_.x() + hx_ * row.y0 * per_hy_;
-    const bool ahead_only = is_upright && !placing_;
-    const Interval reach = ahead_only ? front(row, outer) : everywhere(row, outer);
-    if (reach.empty()) continue;
-    const Interval all_gone = ahead_only ? front(row, inner) : everywhere(row, inner);
-    const Interval before = Interval::of_disk(from_.x(), row.y0, gone);
-    if (before.empty()) {
-      add_run(reach, all_gone, row, z);
-      continue;
-    }
-    // Before and behind what the cutter has taken already.
-    add_run({reach.low, std::min(reach.high, before.low)}, all_gone, row, z);
-    add_run({std::max(reach.low, before.high), reach.high}, all_gone, row, z);
+  if (section.outer < 0.0 || first_y_ > last_y_) return true;
+  const double low_y = std::min(from_.y(), to_.y()) - section.outer;
+  const double high_y = std::max(from_.y(), to_.y()) + section.outer;
+  const int first =
+      std::max(first_y_, static_cast<int>(std::ceil(std::max(low_y, 0.0)))) - first_y_;
+  const int last = std::min(last_y_, static_cast<int>(std::floor(high_y))) - first_y_;
+  if (first > last) return true;
+  kernel::best().stretches(row_arrays_, section, first, last, stretch_arrays_);
+  for (int row = first; row <= last; ++row) {
+    if (!whole && row_units[static_cast<std::size_t>((first_y_ + row) / 8)] == 0) continue;
+    add_run(row, 0);
+    add_run(row, 1);
   }
+  fill(z);
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "osteomill/workpiece/layer_kernel.hpp"
 #include "osteomill/workpiece/stock.hpp"
 #include "osteomill/workpiece/swept_tool.hpp"
 
@@ -22,15 +23,8 @@ class Swath {
   /// The fresh occupancy of a voxel that is left alone.
   static constexpr Stock::Occupancy kNothing = 0xffff;
 
-  /// Neighbouring voxels of one row.
-  struct Run {
-    int y = 0;
-    int first = 0, last = 0;  ///< x
-    std::size_t fresh = 0;    ///< place of start() in fresh()
-    /// Fresh occupancies go by whole lanes of eight voxels (lanes.hpp) from here on.
-    int start() const { return first / 8 * 8; }
-    int lanes() const { return last / 8 * 8 + 8 - start(); }
-  };
+  /// Neighbouring voxels of one row. Fresh occupancies go by whole lanes of eight voxels.
+  using Run = kernel::Run;
 
   /// Both must outlive it.
   Swath(const Meridian& cutter_in_voxels, const geometry::GridShape& shape)
@@ -49,35 +43,35 @@ class Swath {
   /// Lists the runs of a layer. `row_units` says how much bone each eight rows have, those without
   /// may be left out. False when the list is that of the last layer.
   bool list(int z, std::span<const std::int64_t> row_units);
-  std::span<const Run> runs() const { return runs_; }
+  std::span<const Run> runs() const { return {runs_.data(), run_count_}; }
   const Stock::Occupancy* fresh() const { return fresh_.data(); }
   std::size_t fresh_size() const { return fresh_size_; }
 
  private:
-  struct Interval;
-  struct Row;
   void begin(const Vector3& from, const Vector3& to);
+  void begin_rows();
   bool upright(int z) const { return rise_ == 0.0 || z >= upright_from_; }
-  Interval front(const Row& row, double radius) const;
-  Interval everywhere(const Row& row, double radius) const;
-  template <bool round>
-  void fill_level(const Run& run, int at, const Row& row);
-  void add_run(const Interval& part, const Interval& all_gone, const Row& row, int z);
+  void add_run(int row, int part);
+  void fill(int z);
 
   const Meridian& cutter_;
   const geometry::GridShape& shape_;
   SweptTool swept_;
   Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero();
-  double run_ = 0.0, rise_ = 0.0, hx_ = 1.0, hy_ = 0.0, per_hx_ = 0.0, per_hy_ = 0.0;
+  double run_ = 0.0, rise_ = 0.0, hx_ = 1.0, hy_ = 0.0;
   double lowest_ = 0.0, upright_from_ = 0.0;
   bool placing_ = false;
+  // Of the rows that the step can meet, whatever the layer.
+  int first_y_ = 0, last_y_ = -1;
+  std::vector<double> rows_;    ///< seven arrays, see kernel::Rows
+  std::vector<int> stretches_;  ///< six arrays, see kernel::Stretches
+  kernel::Rows row_arrays_{};
+  kernel::Stretches stretch_arrays_{};
   // Of the layer that is listed.
   bool listed_ = false, whole_ = false;  ///< whole: no row was left out
   double height_ = 0.0;                  ///< above the tip; of an upright section any large one
-  bool round_ =
-      false;  ///< the distance is that from a centre `below_` under the layer or from the axis
-  double below_ = 0.0;
-  std::vector<Run> runs_;
+  std::vector<Run> runs_;                ///< in use: run_count_
+  std::size_t run_count_ = 0;
   std::vector<Stock::Occupancy> fresh_;  ///< in use: fresh_size_
   std::size_t fresh_size_ = 0;
 };

@@ -51,4 +51,21 @@ double VoxelShadow::at(double distance) const {
   return sum / scale;
 }
 
+void FourShadows::prepare(const VoxelShadow& shadow, std::int64_t rate) {
+  if (!table_.empty() && rate == rate_ && shadow == shadow_) return;
+  shadow_ = shadow;
+  rate_ = rate;
+  table_.assign(std::size_t{VoxelShadow::kPhases} * kVoxels * kCells, 0.0f);
+  float* cells = table_.data();
+  for (std::int64_t phase = 0; phase < VoxelShadow::kPhases; ++phase) {
+    // The middle of the phase: there the others are as often too far as too near.
+    const std::int64_t middle = (2 * phase + 1) << (31 - VoxelShadow::kPhaseBits);
+    for (int voxel = 0; voxel < kVoxels; ++voxel, cells += kCells) {
+      int nearest = 0;
+      const float* shares = shadow.shares(middle + voxel * rate - (std::int64_t{1} << 31), nearest);
+      for (int k = 0; k < 3; ++k) cells[nearest - 1 - first_cell() + k] = shares[k];
+    }
+  }
+}
+
 }  // namespace osteomill::workpiece

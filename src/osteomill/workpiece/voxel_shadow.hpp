@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "osteomill/geometry/pose.hpp"
 
@@ -37,14 +38,38 @@ class VoxelShadow {
     return table_[phase].data() + kZeros;
   }
   static constexpr int kZeros = 5;
-
- private:
   static constexpr int kPhaseBits = 7;
   static constexpr int kPhases = 1 << kPhaseBits;
+
+  /// The three shares of each phase, kStride apart.
+  const float* table() const { return table_[0].data() + kZeros; }
+  static constexpr int kStride = 2 * kZeros + 3;
+
+  bool operator==(const VoxelShadow& other) const { return widths_ == other.widths_; }
+
+ private:
   std::array<double, 4> widths_{};  ///< of the boxes, the cell's own first
   int boxes_ = 0;
   double half_width_ = 0.0;
-  std::array<std::array<float, 2 * kZeros + 3>, kPhases> table_{};
+  std::array<std::array<float, kStride>, kPhases> table_{};
+};
+
+/// The shares of four neighbouring voxels of a row among eight cells, by the phase of the first.
+class FourShadows {
+ public:
+  /// The coordinate changes by `rate` from voxel to voxel, in units of 2^-32, at most a cell.
+  void prepare(const VoxelShadow& shadow, std::int64_t rate);
+
+  /// Eight cells for each voxel, at each of VoxelShadow::kPhases phases.
+  const float* table() const { return table_.data(); }
+  /// Of the eight cells the first, against the cell next to the first voxel.
+  int first_cell() const { return rate_ < 0 ? -4 : -1; }
+
+ private:
+  static constexpr int kVoxels = 4, kCells = 8;
+  VoxelShadow shadow_;
+  std::int64_t rate_ = 0;
+  std::vector<float> table_;
 };
 
 }  // namespace osteomill::workpiece

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// The loops of removal over the rows of a layer of voxels, see Swath and Remover. One translation
+/// unit an instruction set, each compiled with its own flags: nothing here may be an inline
+/// function of a shared header. No instruction set fuses a product and a sum, so that all give the
+/// same bits. All lengths in voxels.
+namespace osteomill::workpiece::kernel {
+
+/// Neighbouring voxels of one row.
+struct Run {
+  int y = 0;
+  int first = 0, last = 0;            ///< x
+  std::size_t fresh = 0;              ///< place of the fresh occupancy of start_of(run)
+  int gone_first = 1, gone_last = 0;  ///< x between which nothing stays
+};
+
+// Static: each translation unit has its own.
+static inline int start_of(const Run& run) { return run.first / 8 * 8; }
+static inline int lanes_of(const Run& run) { return run.last / 8 * 8 + 8 - start_of(run); }
+
+/// What the rows of a step have in common in all layers, an array over them each. A multiple of
+/// eight rows is there to be read.
+struct Rows {
+  const double *from_sq, *to_sq;           ///< offset from the start and the end, squared
+  const double *ahead_low, *ahead_high;    ///< x ahead of the start
+  const double *beside_low, *beside_high;  ///< x between start and end along the feed
+  const double* centre;                    ///< x on the line of the feed
+};
+
+/// Of a layer: which x of a row the step meets.
+struct Section {
+  double from_x, to_x;
+  double outer, inner, gone;  ///< radii: reached, all gone, taken before; < 0: nowhere
+  double slant;               ///< 1/|sine| between feed and rows; 0: the feed is along them
+  bool from_too;              ///< also what is around the start
+  bool moves;
+  double last_x;  ///< of the grid
+};
+
+/// Integer x of each row: two stretches to look at, and where all goes. Empty: first > last.
+struct Stretches {
+  int *first[2], *last[2];
+  int *gone_first, *gone_last;
+};
+
+/// Of a layer in which the distance to the cutter is root(r² + under_sq) - radius.
+struct Wall {
+  double from_x, from_y;
+  double hx, hy, run;  ///< the feed
+  double under_sq;
+  double offset;  ///< half a voxel - radius
+};
+
+/// A layer of the stock.
+struct Layer {
+  const std::uint32_t* tiles;  ///< numbers, x fastest
+  int tiles_along_x;
+  std::size_t in_tile;  ///< of the layer
+  std::uint16_t* occupancy;
+  const std::uint16_t* material;
+  std::int64_t* row_units;  ///< of each row of tiles
+  const double *density, *force_scale;
+  bool one_material;
+};
+
+struct Taken {
+  std::int64_t units = 0;
+  double unit_density = 0.0, unit_scale = 0.0;  ///< with one material left at 0
+  bool alike = false;  ///< amounts and units are those that were there, if compared
+};
+
+/// A line of cells that the voxels of a layer are shared between, see ShadowMap. The coordinate of
+/// a voxel among the cells is origin + x x_rate + y y_rate.
+struct Line {
+  double origin, x_rate, y_rate;
+  int phase_bits;
+  const float* shares;  ///< of one voxel, by phase, `stride` apart: cells before, at and after it
+  int stride;
+  const float* four_shares;  ///< of four voxels in a row, see FourShadows
+  int first_cell;
+  bool along_x;        ///< the feed is: the coordinate is the same all along a row
+  bool one_material;   ///< amounts are units
+  std::size_t length;  ///< a multiple of four
+  float* cells;        ///< 4 length, of which the first `length` are the line
+};
+
+struct Functions {
+  const char* name;
+  /// Rows first ... last (counted in Rows), and some before and after them.
+  void (*stretches)(const Rows&, const Section&, int first, int last, const Stretches& out);
+  /// Fresh occupancies of whole groups of eight voxels.
+  void (*fill)(const Wall&, const Run* runs, std::size_t count, std::uint16_t* fresh);
+  /// Takes what the runs say. Amounts stand beside the fresh occupancies: units, of several
+  /// materials units × force scale; `units` of each run.
+  Taken (*take)(const Layer&, const Run* runs, std::size_t count, const std::uint16_t* fresh,
+                bool compare, float* amounts, std::uint32_t* units);
+  /// Shares the amounts of a layer. Returns whether there were any.
+  bool (*share)(const Line&, const Run* runs, std::size_t count, const float* amounts,
+                const std::uint32_t* units);
+};
+
+extern const Functions kSse2;
+extern const Functions kAvx2;
+extern const Functions kAvx512;
+
+/// The widest that this machine has.
+const Functions& best();
+
+}  // namespace osteomill::workpiece::kernel
