@@ -67,10 +67,18 @@ struct Layer {
   bool one_material;
 };
 
+/// What a layer gave, in units; of several materials in units × force scale.
+struct Amounts {
+  float* of_voxels;  ///< beside the fresh occupancies
+  float* of_runs;
+  std::uint32_t* units;  ///< of the runs; a run without any has no other amounts
+};
+
 struct Taken {
   std::int64_t units = 0;
-  double unit_density = 0.0, unit_scale = 0.0;  ///< with one material left at 0
-  bool alike = false;  ///< amounts and units are those that were there, if compared
+  double unit_density = 0.0;  ///< units × kg/m³
+  double unit_scale = 0.0;    ///< units × force scale
+  bool alike = false;         ///< amounts and units are those that were there, if compared
 };
 
 /// A line of cells that the voxels of a layer are shared between, see ShadowMap. The coordinate of
@@ -83,7 +91,6 @@ struct Line {
   const float* four_shares;  ///< of four voxels in a row, see FourShadows
   int first_cell;
   bool along_x;        ///< the feed is: the coordinate is the same all along a row
-  bool one_material;   ///< amounts are units
   std::size_t length;  ///< a multiple of four
   float* cells;        ///< 4 length, of which the first `length` are the line
 };
@@ -94,13 +101,11 @@ struct Functions {
   void (*stretches)(const Rows&, const Section&, int first, int last, const Stretches& out);
   /// Fresh occupancies of whole groups of eight voxels.
   void (*fill)(const Wall&, const Run* runs, std::size_t count, std::uint16_t* fresh);
-  /// Takes what the runs say. Amounts stand beside the fresh occupancies: units, of several
-  /// materials units × force scale; `units` of each run.
+  /// Takes what the runs say.
   Taken (*take)(const Layer&, const Run* runs, std::size_t count, const std::uint16_t* fresh,
-                bool compare, float* amounts, std::uint32_t* units);
+                bool compare, const Amounts& out);
   /// Shares the amounts of a layer. Returns whether there were any.
-  bool (*share)(const Line&, const Run* runs, std::size_t count, const float* amounts,
-                const std::uint32_t* units);
+  bool (*share)(const Line&, const Run* runs, std::size_t count, const Amounts&);
 };
 
 extern const Functions kSse2;

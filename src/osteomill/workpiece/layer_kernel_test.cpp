@@ -23,7 +23,7 @@ constexpr double kFar = 1e30;
 struct Outcome {
   std::vector<int> stretches;
   std::vector<std::uint16_t> fresh, occupancy;
-  std::vector<float> amounts, cells;
+  std::vector<float> amounts, run_amounts, cells;
   std::vector<std::uint32_t> units;
   std::vector<std::int64_t> row_units;
   Taken taken;
@@ -101,12 +101,13 @@ Outcome outcome_of(const Functions& functions, unsigned seed) {
   out.row_units[5] = 0;
   out.amounts.resize(size);
   out.units.resize(runs.size());
+  out.run_amounts.resize(runs.size());
+  const Amounts amounts{out.amounts.data(), out.run_amounts.data(), out.units.data()};
   for (const std::size_t layer : {2, 3}) {
     const Layer of{tiles.data(),         kTilesAlong,     layer * 64,
                    out.occupancy.data(), material.data(), out.row_units.data(),
                    density.data(),       scale.data(),    seed % 2 == 0};
-    out.taken = functions.take(of, runs.data(), runs.size(), out.fresh.data(), layer == 3,
-                               out.amounts.data(), out.units.data());
+    out.taken = functions.take(of, runs.data(), runs.size(), out.fresh.data(), layer == 3, amounts);
     out.alike.push_back(out.taken.alike);
     const VoxelShadow shadow(geometry::Vector3(-hy, hx, 0.0));
     FourShadows four;
@@ -122,11 +123,9 @@ Outcome outcome_of(const Functions& functions, unsigned seed) {
                     four.table(),
                     four.first_cell(),
                     along_x,
-                    seed % 2 == 0,
                     length,
                     out.cells.data()};
-    out.any.push_back(
-        functions.share(line, runs.data(), runs.size(), out.amounts.data(), out.units.data()));
+    out.any.push_back(functions.share(line, runs.data(), runs.size(), amounts));
     out.cells.resize(length);
   }
   return out;
@@ -141,6 +140,7 @@ void compare(const Functions& one, const Functions& other) {
     EXPECT_EQ(a.fresh, b.fresh);
     EXPECT_EQ(a.occupancy, b.occupancy);
     EXPECT_EQ(a.amounts, b.amounts);
+    EXPECT_EQ(a.run_amounts, b.run_amounts);
     EXPECT_EQ(a.units, b.units);
     EXPECT_EQ(a.row_units, b.row_units);
     EXPECT_EQ(a.cells, b.cells);

@@ -52,11 +52,10 @@ void add_three(float* at, const float* shares, float amount) {
   at[1] += shares[2] * amount;
 }
 
-/// What a layer gave: amounts of the voxels of each run, beside their fresh occupancies.
+/// What a layer gave.
 struct Gathered {
   std::span<const Swath::Run> runs;
-  const std::uint32_t* units;  ///< of each run; without any it has no amounts
-  const float* amounts;
+  kernel::Amounts amounts;
   bool alike;  ///< all as in the last layer
 };
 
@@ -72,8 +71,7 @@ struct NoMap {
 /// share it.
 class LevelMap {
  public:
-  LevelMap(ShadowMap& map, const Vector3& tip, bool one_material, FourShadows& four_shadows,
-           std::vector<float>& line)
+  LevelMap(ShadowMap& map, const Vector3& tip, FourShadows& four_shadows, std::vector<float>& line)
       : map_(map), tip_(tip) {
     const auto length = static_cast<std::size_t>(kBefore + map.stride());
     line.resize(4 * length);
@@ -90,7 +88,6 @@ class LevelMap {
              four_shadows.table(),
              four_shadows.first_cell(),
              along_x,
-             one_material,
              length,
              line.data()};
   }
@@ -108,8 +105,7 @@ class LevelMap {
       return;
     }
     if (!layer.alike || !gathered_)
-      any_ = kernel::best().share(line_, layer.runs.data(), layer.runs.size(), layer.amounts,
-                                  layer.units);
+      any_ = kernel::best().share(line_, layer.runs.data(), layer.runs.size(), layer.amounts);
     gathered_ = true;
     if (!any_) return;
     const float upper_share = shared ? static_cast<float>(above) * map_.gain() : 0.0f;
@@ -147,12 +143,12 @@ class TiltedMap {
 
   void add(int z, const Gathered& layer) {
     for (std::size_t at = 0; at < layer.runs.size(); ++at) {
-      if (layer.units[at] == 0) continue;
+      if (layer.amounts.units[at] == 0) continue;
       const Swath::Run& run = layer.runs[at];
       const Vector3 start = Vector3(kernel::start_of(run), run.y, z) - tip_;
       std::int64_t lateral = VoxelShadow::fixed(map_.lateral_cell(start));
       std::int64_t eta = VoxelShadow::fixed(map_.eta_cell(start));
-      const float* amounts = layer.amounts + run.fresh;
+      const float* amounts = layer.amounts.of_voxels + run.fresh;
       for (int k = 0; k < kernel::lanes_of(run); ++k) {
         if (amounts[k] > 0.0f) share(lateral, eta, amounts[k] * map_.gain());
         lateral += lateral_rate_;
@@ -198,8 +194,11 @@ template <class Source>
 bool Remover::take_layer(const Source& source, int z, bool is_new, Totals& totals) {
   Stock::Slab& slab = stock_.slabs_[static_cast<std::size_t>(z / Stock::kTile)];
   const std::span<const Swath::Run> runs = source.runs();
-  if (amounts_.size() < source.fresh_size()) amounts_.resize(2 * source.fresh_size());
-  if (run_units_.size() < runs.size()) run_units_.resize(2 * runs.size());
+  if (voxel_amounts_.size() < source.fresh_size()) voxel_amounts_.resize(2 * source.fresh_size());
+  if (run_units_.size() < runs.size()) {
+    run_units_.resize(2 * runs.size());
+    run_amounts_.resize(2 * runs.size());
+  }
   const kernel::Layer layer{slab.tiles.data(),
                             stock_.tiles_along_x_,
                             static_cast<std::size_t>(z % Stock::kTile * Stock::kTileLayer),
@@ -209,8 +208,8 @@ bool Remover::take_layer(const Source& source, int z, bool is_new, Totals& total
                             densities_.data(),
                             force_scales_.data(),
                             densities_.size() == 1};
-  const kernel::Taken taken = kernel::best().take(layer, runs.data(), runs.size(), source.fresh(),
-                                                  !is_new, amounts_.data(), run_units_.data());
+  const kernel::Taken taken =
+      kernel::best().take(layer, runs.data(), runs.size(), source.fresh(), !is_new, amounts());
   stock_.layer_units_[static_cast<std::size_t>(z)] -= taken.units;
   totals.units += taken.units;
   totals.unit_density += taken.unit_density;
@@ -220,16 +219,11 @@ bool Remover::take_layer(const Source& source, int z, bool is_new, Totals& total
 
 template <class Source, class Map>
 void Remover::carve(Source& source, Map&& map, Totals& totals) {
-  const bool one_material = stock_.palette_.size() == 1;
   for (int z = source.first_layer(); z < stock_.shape_.size[2] && source.reaches(z); ++z) {
     if (stock_.layer_units_[static_cast<std::size_t>(z)] == 0) continue;
     const bool is_new = source.list(z, stock_.slab(z).row_units);
     const bool alike = take_layer(source, z, is_new, totals);
-    map.add(z, {source.runs(), run_units_.data(), amounts_.data(), alike});
-  }
-  if (one_material) {
-    totals.unit_density = static_cast<double>(totals.units) * stock_.palette_[0].density;
-    totals.unit_scale = static_cast<double>(totals.units) * stock_.palette_[0].force_scale;
+    map.add(z, {source.runs(), amounts(), alike});
   }
 }
 
@@ -284,7 +278,7 @@ void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals
   }
   swath_.begin_step(from.tip_W, to.tip_W);
   if (to.tip_W.z() == from.tip_W.z())
-    carve(swath_, LevelMap(map_, from.tip_W, densities_.size() == 1, four_shadows_, line_), cut);
+    carve(swath_, LevelMap(map_, from.tip_W, four_shadows_, line_), cut);
   else
     carve(swath_, TiltedMap(map_, from.tip_W), cut);
 }

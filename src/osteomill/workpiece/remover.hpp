@@ -75,6 +75,9 @@ class Remover {
   void carve(Source& source, Map&& map, Totals& totals);
   template <class Source>
   bool take_layer(const Source& source, int z, bool is_new, Totals& totals);
+  kernel::Amounts amounts() {
+    return {voxel_amounts_.data(), run_amounts_.data(), run_units_.data()};
+  }
   Totals place(const ToolPose& pose);
   void move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals& buried);
 
@@ -86,11 +89,11 @@ class Remover {
   std::vector<double> densities_, force_scales_;  // of the stock's palette
   bool placed_ = false;
   ToolPose pose_;  // where the last step ended, voxels
-  // Of the layer that is carved, in units or units × force scale.
-  std::vector<float> amounts_;            // of each voxel, beside the fresh occupancies
-  std::vector<std::uint32_t> run_units_;  // of each run
-  FourShadows four_shadows_;              // see LevelMap
-  std::vector<float> line_;               // the same
+  // Of the layer that is carved, see kernel::Amounts.
+  std::vector<float> voxel_amounts_, run_amounts_;
+  std::vector<std::uint32_t> run_units_;
+  FourShadows four_shadows_;  // see LevelMap
+  std::vector<float> line_;   // the same
 };
 
 }  // namespace osteomill::workpiece
