@@ -29,6 +29,14 @@ void store(const Vector& lanes, T* to) {
 
 inline float sum_of(const FourFloats& v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
+/// Of each.
+inline FourFloats sums_of(const FourFloats& a, const FourFloats& b, const FourFloats& c,
+                          const FourFloats& d) {
+  const FourFloats ab = _mm_unpacklo_ps(a, b) + _mm_unpackhi_ps(a, b);
+  const FourFloats cd = _mm_unpacklo_ps(c, d) + _mm_unpackhi_ps(c, d);
+  return FourFloats(_mm_movelh_ps(ab, cd)) + FourFloats(_mm_movehl_ps(cd, ab));
+}
+
 inline int sum_of(const FourInts& v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 inline bool all_zero(const FourFloats& v) {
   return _mm_movemask_ps(_mm_cmpneq_ps(v, _mm_setzero_ps())) == 0;

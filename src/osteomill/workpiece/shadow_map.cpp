@@ -282,13 +282,21 @@ const cutting::Engagement& ShadowMap::engagement() {
       std::fill(weights + front.first_patch, weights + front.end_patch, 0.0);
       continue;
     }
-    for (std::size_t patch = front.first_patch; patch < front.end_patch; ++patch) {
+    const auto sum = [&](std::size_t patch) {
       FourFloats weight = {};
       for (std::size_t at = patch_start_[patch]; at < patch_start_[patch + 1]; ++at)
         weight += load<FourFloats>(pieces_[at].weights) *
                   load<FourFloats>(cells_.data() + pieces_[at].cell);
-      weights[patch] = static_cast<double>(sum_of(weight));
+      return weight;
+    };
+    std::size_t patch = front.first_patch;
+    for (; patch + kFour <= front.end_patch; patch += kFour) {
+      const FourFloats sums = sums_of(sum(patch), sum(patch + 1), sum(patch + 2), sum(patch + 3));
+      for (int i = 0; i < kFour; ++i)
+        weights[patch + static_cast<std::size_t>(i)] = static_cast<double>(sums[i]);
     }
+    for (; patch < front.end_patch; ++patch)
+      weights[patch] = static_cast<double>(sum_of(sum(patch)));
   }
   if (turn_T_.isZero(0.0)) return engagement_;
   for (int slice = 0; slice < patches_.slices; ++slice)
