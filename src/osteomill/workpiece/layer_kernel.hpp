@@ -44,7 +44,7 @@ struct Section {
 /// Integer x of each row: two stretches to look at, and where all goes. Empty: first > last.
 struct Stretches {
   int *first[2], *last[2];
-  int *gone_first, *gone_last;
+  int *gone_first, *gone_last;  ///< not of a leaning tool
 };
 
 /// Of a layer in which the distance to the cutter is root(r² + under_sq) - radius.
@@ -53,6 +53,27 @@ struct Wall {
   double hx, hy, run;  ///< the feed
   double under_sq;
   double offset;  ///< half a voxel - radius
+};
+
+/// A leaning tool as a layer sees it: voxel (x, y) is at base + y per_y + x along in its frame.
+struct View {
+  double base[3], per_y[3], along[3];
+};
+
+/// A ball with its shank above, or a cylinder.
+struct Solid {
+  View view;
+  double radius;
+  double floor;  ///< of the part at full radius
+  bool ball;
+};
+
+/// What a leaning tool leaves, see PoseSwath: a ball, or a cylinder that stays at its height.
+struct Pass {
+  View from, to;
+  double radius;
+  bool ball;
+  bool placing;
 };
 
 /// A layer of the stock.
@@ -106,6 +127,13 @@ struct Functions {
                 bool compare, const Amounts& out);
   /// Shares the amounts of a layer. Returns whether there were any.
   bool (*share)(const Line&, const Run* runs, std::size_t count, const Amounts&);
+  /// x in the one and not in the other, if there is one, in rows first_y ... last_y and some behind
+  /// them.
+  void (*pose_stretches)(const Solid&, const Solid* without, int first_y, int last_y, double last_x,
+                         const Stretches& out);
+  /// Fresh occupancies of the runs, kNothing where nothing changes. Returns how many runs are left:
+  /// those in which something changes.
+  std::size_t (*pose_fill)(const Pass&, Run* runs, std::size_t count, std::uint16_t* fresh);
 };
 
 extern const Functions kSse2;

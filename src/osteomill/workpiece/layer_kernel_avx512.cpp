@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #define OSTEOMILL_WIDTH 8
-#define OSTEOMILL_NAME "avx512"
-#define OSTEOMILL_FUNCTIONS kAvx512
+// clang-format off
+#include "osteomill/workpiece/batch.inc"
 #include "osteomill/workpiece/layer_kernel.inc"
+#include "osteomill/workpiece/pose_kernel.inc"
+// clang-format on
+
+namespace osteomill::workpiece::kernel {
+
+const Functions kAvx512 = {"avx512", stretches, fill, take, share, pose_stretches, pose_fill};
+
+}  // namespace osteomill::workpiece::kernel

@@ -13,6 +13,7 @@ namespace {
 constexpr double kBand = 0.5;         // half the width over which occupancy goes from 1 to 0
 constexpr double kAcross = 1e-12;     // a direction cosine that is none
 constexpr double kSearched = 0.3e-4;  // of the distance: a unit of occupancy
+constexpr double kLevel = 1e-9;       // a way along the axis that is none
 constexpr double kSame = 1e-6;        // nearer than at the start by less is no change
 
 Stock::Occupancy occupancy_at(double distance) {
@@ -31,52 +32,10 @@ void make_frames(const Vector3& a0, const Vector3& a1, Eigen::Matrix3d& frame0,
 
 }  // namespace
 
-/// Of x in a row.
-struct PoseSwath::Stretch {
-  double low = 1e30, high = -1e30;
-  void join(const Stretch& other) {
-    low = std::min(low, other.low);
-    high = std::max(high, other.high);
-  }
-  /// Where a x² + 2 b x + c <= 0, a >= 0.
-  static Stretch below(double a, double b, double c) {
-    if (a < kAcross) return c > 0.0 ? Stretch{} : Stretch{-1e30, 1e30};
-    const double rest = b * b - a * c;
-    if (rest < 0.0) return {};
-    const double half = std::sqrt(rest);
-    return {(-b - half) / a, (-b + half) / a};
-  }
-};
-
-/// Where the points base + x along are in a ball or cylinder that is larger by `grown` all around
-/// (the cylinder with sharp edges).
-PoseSwath::Stretch PoseSwath::section(const Vector3& base, const Vector3& along,
-                                      double grown) const {
-  const double radius = cutter_.radius() + grown;
-  const double floor = cutter_.is_ball() ? cutter_.radius() : -grown;
-  Stretch all = Stretch::below(along.head<2>().squaredNorm(), along.head<2>().dot(base.head<2>()),
-                               base.head<2>().squaredNorm() - radius * radius);
-  const double above = base.z() - floor;
-  if (along.z() > kAcross)
-    all.low = std::max(all.low, -above / along.z());
-  else if (along.z() < -kAcross)
-    all.high = std::min(all.high, -above / along.z());
-  else if (above < 0.0)
-    all = {};
-  if (all.low > all.high) all = {};
-  if (cutter_.is_ball()) {
-    const Vector3 b = base - floor * Vector3::UnitZ();
-    all.join(Stretch::below(1.0, along.dot(b), b.squaredNorm() - radius * radius));
-  }
-  return all;
-}
-
 /// Whether a point at q that goes this way has the cutter nearest where it is: the distance,
 /// convex, doesn't fall at first.
 bool PoseSwath::recedes(const Vector3& q, const Vector3& way) const {
-  const double across = q.x() * way.x() + q.y() * way.y();
-  if (q.z() >= upright_from_) return across >= 0.0;
-  return cutter_.is_ball() && across + (q.z() - cutter_.radius()) * way.z() >= 0.0;
+  return q.z() >= upright_from_ && q.x() * way.x() + q.y() * way.y() >= 0.0;
 }
 
 double PoseSwath::above_tip(const ToolPose& pose) const {
@@ -120,6 +79,8 @@ void PoseSwath::begin(const ToolPose& from, const ToolPose& to) {
   Frame again;
   make_frames(middle_.axis_W, to.axis_W, middle_frame_, again);
   upright_from_ = cutter_.upright_from(kBand);
+  level_ = (from_frame_ - to_frame_).isZero(0.0) &&
+           std::abs((to.tip_W - from.tip_W).dot(from.axis_W)) < kLevel;
   const double half_turn = 0.5 * angle_between(from.axis_W, to.axis_W);
   height_ = std::max({above_tip(from), above_tip(to), above_tip(middle_)});
   // What lies outside this around the middle pose is outside the tool at all poses.
@@ -144,7 +105,7 @@ double PoseSwath::at(const Vector3& q) const {
 double PoseSwath::nearest(const Vector3& q0, const Vector3& q1, double first, double last) const {
   const Vector3 way = q1 - q0;
   const double across_sq = way.x() * way.x() + way.y() * way.y();
-  if (std::abs(way.z()) < 1e-9) {
+  if (std::abs(way.z()) < kLevel) {
     // At one height the distance rises with that from the axis.
     if (across_sq < 1e-24) return std::min(first, last);
     const double t = std::clamp(-(q0.x() * way.x() + q0.y() * way.y()) / across_sq, 0.0, 1.0);
@@ -192,52 +153,30 @@ double PoseSwath::distance(const Vector3& p) const {
   return nearest(q0, q1, at(q0), at(q1));
 }
 
+/// What is left in a voxel that the tool sees go from q0 to q1.
+PoseSwath::Voxel PoseSwath::look(const Vector3& q0, const Vector3& q1) const {
+  if (!placing_ && recedes(q0, q1 - q0)) return {};
+  const double d0 = at(q0);
+  if (d0 <= -kBand && !placing_) return {Swath::kNothing, static_cast<int>(-kBand - d0) + 1};
+  const double d1 = at(q1);
+  // No distance in between is less than this, since it changes by no more than the way.
+  const double least = 0.5 * (d0 + d1 - (q1 - q0).norm());
+  if (least >= kBand) return {Swath::kNothing, static_cast<int>(least - kBand) + 1};
+  const double d = std::min(d0, d1) <= -kBand ? -kBand : nearest(q0, q1, d0, d1);
+  if (d >= kBand || (d > d0 - kSame && !placing_)) return {};
+  return {occupancy_at(d), 1};
+}
+
 void PoseSwath::walk(int y, int z, int first, int last) {
   const Vector3 start(0.0, y, z);
   const Vector3 base0 = from_frame_ * (start - from_.tip_W);
   const Vector3 base1 = to_frame_ * (start - to_.tip_W);
   const Vector3 along0 = from_frame_.col(0), along1 = to_frame_.col(0);
   bool open = false;  // the last run goes on here
-  Stretch gone;
-  if (cutter_.is_ball() || cutter_.is_cylinder()) {
-    const Stretch near = section(middle_frame_ * (start - middle_.tip_W), middle_frame_.col(0),
-                                 reach_ - cutter_.radius());
-    if (near.low > near.high) return;
-    // Rounding must not cost a voxel.
-    first = static_cast<int>(std::max<double>(first, std::ceil(near.low - 1e-6)));
-    last = static_cast<int>(std::min<double>(last, std::floor(near.high + 1e-6)));
-    if (!placing_) gone = section(base0, along0, -kBand);
-  }
   for (int x = first; x <= last;) {
-    if (x > gone.low && x < gone.high) {
-      x = static_cast<int>(std::min(gone.high, 1.0 * last)) + 1;
-      open = false;
-      continue;
-    }
-    const Vector3 q0 = base0 + x * along0;
-    if (!placing_ && recedes(q0, base1 + x * along1 - q0)) {
-      ++x;
-      open = false;
-      continue;
-    }
-    const double d0 = at(q0);
-    if (d0 <= -kBand && !placing_) {  // taken before
-      x += static_cast<int>(-kBand - d0) + 1;
-      open = false;
-      continue;
-    }
-    const Vector3 q1 = base1 + x * along1;
-    const double d1 = at(q1);
-    // No distance in between is less than this, since it changes by no more than the way.
-    const double least = 0.5 * (d0 + d1 - (q1 - q0).norm());
-    if (least >= kBand) {
-      x += static_cast<int>(least - kBand) + 1;
-      open = false;
-      continue;
-    }
-    const double d = std::min(d0, d1) <= -kBand ? -kBand : nearest(q0, q1, d0, d1);
-    if (d >= kBand || (d > d0 - kSame && !placing_)) {
-      ++x;
+    const Voxel voxel = look(base0 + x * along0, base1 + x * along1);
+    if (voxel.fresh == Swath::kNothing) {
+      x += voxel.alike;
       open = false;
       continue;
     }
@@ -248,8 +187,57 @@ void PoseSwath::walk(int y, int z, int first, int last) {
     }
     open = true;
     runs_.back().last = x;
-    fresh_.push_back(occupancy_at(d));
+    fresh_.push_back(voxel.fresh);
     ++x;
+  }
+}
+
+/// Of the layer z.
+kernel::View PoseSwath::view(const Frame& frame, const Vector3& tip, int z) const {
+  const Vector3 base = frame * (Vector3(0.0, 0.0, z) - tip);
+  return {{base.x(), base.y(), base.z()},
+          {frame(0, 1), frame(1, 1), frame(2, 1)},
+          {frame(0, 0), frame(1, 0), frame(2, 0)}};
+}
+
+/// The runs of a ball or a cylinder, by formula.
+void PoseSwath::list_rows(int z, int first_y, int last_y, std::span<const std::int64_t> row_units) {
+  const bool ball = cutter_.is_ball();
+  const double radius = cutter_.radius();
+  const kernel::Solid near{view(middle_frame_, middle_.tip_W, z), reach_,
+                           ball ? radius : radius - reach_, ball};
+  const kernel::View from = view(from_frame_, from_.tip_W, z);
+  const kernel::Solid gone{from, radius - kBand, ball ? radius : kBand, ball};
+  const std::size_t size = up_to_eight(static_cast<std::size_t>(last_y - first_y + 1));
+  stretches_.resize(std::max(stretches_.size(), 4 * size));
+  int* const out = stretches_.data();
+  const kernel::Stretches stretches{
+      {out, out + size}, {out + 2 * size, out + 3 * size}, nullptr, nullptr};
+  kernel::best().pose_stretches(near, placing_ ? nullptr : &gone, first_y, last_y,
+                                shape_.size[0] - 1.0, stretches);
+  std::size_t fresh = 0;
+  for (int y = first_y; y <= last_y; ++y) {
+    if (row_units[static_cast<std::size_t>(y / 8)] == 0) continue;
+    for (int part = 0; part < 2; ++part) {
+      const int first = stretches.first[part][y - first_y],
+                last = stretches.last[part][y - first_y];
+      if (first > last) continue;
+      runs_.push_back({y, first, last, fresh});
+      fresh += static_cast<std::size_t>(kernel::lanes_of(runs_.back()));
+    }
+  }
+  fresh_.resize(fresh);
+  if (ball || level_) {
+    const kernel::Pass pass{from, view(to_frame_, to_.tip_W, z), radius, ball, placing_};
+    runs_.resize(kernel::best().pose_fill(pass, runs_.data(), runs_.size(), fresh_.data()));
+    return;
+  }
+  for (const Run& run : runs_) {
+    const Vector3 start(kernel::start_of(run), run.y, z);
+    const Vector3 q0 = from_frame_ * (start - from_.tip_W), q1 = to_frame_ * (start - to_.tip_W);
+    for (int k = 0; k < kernel::lanes_of(run); ++k)
+      fresh_[run.fresh + static_cast<std::size_t>(k)] =
+          look(q0 + k * from_frame_.col(0), q1 + k * to_frame_.col(0)).fresh;
   }
 }
 
@@ -274,6 +262,11 @@ bool PoseSwath::list(int z, std::span<const std::int64_t> row_units) {
   const int first_y = static_cast<int>(std::ceil(std::max(0.0, std::min(y0, y1) - disk_y)));
   const int last_y =
       static_cast<int>(std::floor(std::min(shape_.size[1] - 1.0, std::max(y0, y1) + disk_y)));
+  if (first_y > last_y) return true;
+  if (cutter_.is_ball() || cutter_.is_cylinder()) {
+    list_rows(z, first_y, last_y, row_units);
+    return true;
+  }
   const double across = 1.0 - a.x() * a.x();
   for (int y = first_y; y <= last_y; ++y) {
     if (row_units[static_cast<std::size_t>(y / 8)] == 0) continue;

@@ -20,9 +20,10 @@ namespace osteomill::workpiece {
 /// exact, so a path in pieces leaves the same stock within that bound.
 ///
 /// In a row of voxels the stretch that the cutter comes near to and the one that it has taken
-/// already are worked out for balls and cylinders; for other outlines, rows are walked with steps
-/// as long as the distances allow (a distance changes by no more than the way). Voxels from which
-/// the cutter's surface goes away are left out.
+/// already are worked out for balls and cylinders, and the distances of several voxels at once
+/// (layer_kernel.hpp); for other outlines, rows are walked with steps as long as the distances
+/// allow (a distance changes by no more than the way). Voxels from which the cutter's surface goes
+/// away are left out.
 class PoseSwath {
  public:
   using Run = Swath::Run;
@@ -58,11 +59,16 @@ class PoseSwath {
   void begin(const ToolPose& from, const ToolPose& to);
   double above_tip(const ToolPose& pose) const;
   double at(const Vector3& q) const;
-  struct Stretch;
-  Stretch section(const Vector3& base, const Vector3& along, double grown) const;
   bool recedes(const Vector3& q, const Vector3& way) const;
   double nearest(const Vector3& q0, const Vector3& q1, double first, double last) const;
+  struct Voxel {
+    Stock::Occupancy fresh = Swath::kNothing;
+    int alike = 1;  ///< so many voxels of the row have nothing new
+  };
+  Voxel look(const Vector3& q0, const Vector3& q1) const;
   void walk(int y, int z, int first, int last);
+  kernel::View view(const Frame& frame, const Vector3& tip, int z) const;
+  void list_rows(int z, int first_y, int last_y, std::span<const std::int64_t> row_units);
 
   const Meridian& cutter_;
   const geometry::GridShape& shape_;
@@ -73,7 +79,9 @@ class PoseSwath {
   double height_ = 0.0;        ///< of the part of the tool that can meet the grid
   double reach_ = 0.0;         ///< around the axis of `middle_`: radius, rim and half the way
   double upright_from_ = 0.0;  ///< height from which the wall is nearest
+  bool level_ = false;         ///< the tool goes across its axis, which doesn't turn
   int first_layer_ = 0, last_layer_ = -1;
+  std::vector<int> stretches_;  ///< four arrays, see kernel::Stretches
   std::vector<Run> runs_;
   std::vector<Stock::Occupancy> fresh_;
 };
