@@ -127,10 +127,11 @@ struct Functions {
                 bool compare, const Amounts& out);
   /// Shares the amounts of a layer. Returns whether there were any.
   bool (*share)(const Line&, const Run* runs, std::size_t count, const Amounts&);
-  /// x in the one and not in the other, if there is one, in rows first_y ... last_y and some behind
-  /// them.
-  void (*pose_stretches)(const Solid&, const Solid* without, int first_y, int last_y, double last_x,
-                         const Stretches& out);
+  /// x in the one and not in the other, if there is one, where a tool at the other that goes this
+  /// way (of a point, in its frame; null: not the same everywhere) comes nearer. In rows
+  /// first_y ... last_y and some behind them.
+  void (*pose_stretches)(const Solid&, const Solid* without, const double* way, int first_y,
+                         int last_y, double last_x, const Stretches& out);
   /// Fresh occupancies of the runs, kNothing where nothing changes. Returns how many runs are left:
   /// those in which something changes.
   std::size_t (*pose_fill)(const Pass&, Run* runs, std::size_t count, std::uint16_t* fresh);

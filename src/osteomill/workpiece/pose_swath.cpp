@@ -79,8 +79,8 @@ void PoseSwath::begin(const ToolPose& from, const ToolPose& to) {
   Frame again;
   make_frames(middle_.axis_W, to.axis_W, middle_frame_, again);
   upright_from_ = cutter_.upright_from(kBand);
-  level_ = (from_frame_ - to_frame_).isZero(0.0) &&
-           std::abs((to.tip_W - from.tip_W).dot(from.axis_W)) < kLevel;
+  turns_ = from_frame_ != to_frame_;
+  level_ = !turns_ && std::abs((to.tip_W - from.tip_W).dot(from.axis_W)) < kLevel;
   const double half_turn = 0.5 * angle_between(from.axis_W, to.axis_W);
   height_ = std::max({above_tip(from), above_tip(to), above_tip(middle_)});
   // What lies outside this around the middle pose is outside the tool at all poses.
@@ -213,8 +213,11 @@ void PoseSwath::list_rows(int z, int first_y, int last_y, std::span<const std::i
   int* const out = stretches_.data();
   const kernel::Stretches stretches{
       {out, out + size}, {out + 2 * size, out + 3 * size}, nullptr, nullptr};
-  kernel::best().pose_stretches(near, placing_ ? nullptr : &gone, first_y, last_y,
-                                shape_.size[0] - 1.0, stretches);
+  // Under the end of a cylinder that comes down the tool is nearer on all sides.
+  const bool same_way = !turns_ && (ball || level_);
+  const Vector3 way = from_frame_ * (from_.tip_W - to_.tip_W);
+  kernel::best().pose_stretches(near, placing_ ? nullptr : &gone, same_way ? way.data() : nullptr,
+                                first_y, last_y, shape_.size[0] - 1.0, stretches);
   std::size_t fresh = 0;
   for (int y = first_y; y <= last_y; ++y) {
     if (row_units[static_cast<std::size_t>(y / 8)] == 0) continue;

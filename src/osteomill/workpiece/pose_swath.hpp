@@ -79,6 +79,7 @@ class PoseSwath {
   double height_ = 0.0;        ///< of the part of the tool that can meet the grid
   double reach_ = 0.0;         ///< around the axis of `middle_`: radius, rim and half the way
   double upright_from_ = 0.0;  ///< height from which the wall is nearest
+  bool turns_ = false;         ///< the axis does
   bool level_ = false;         ///< the tool goes across its axis, which doesn't turn
   int first_layer_ = 0, last_layer_ = -1;
   std::vector<int> stretches_;  ///< four arrays, see kernel::Stretches
