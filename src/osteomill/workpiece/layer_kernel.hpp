@@ -74,6 +74,7 @@ struct Pass {
   double radius;
   bool ball;
   bool placing;
+  bool turns;  ///< the axis does
 };
 
 /// A layer of the stock.

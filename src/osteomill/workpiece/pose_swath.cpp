@@ -231,7 +231,7 @@ void PoseSwath::list_rows(int z, int first_y, int last_y, std::span<const std::i
   }
   fresh_.resize(fresh);
   if (ball || level_) {
-    const kernel::Pass pass{from, view(to_frame_, to_.tip_W, z), radius, ball, placing_};
+    const kernel::Pass pass{from, view(to_frame_, to_.tip_W, z), radius, ball, placing_, turns_};
     runs_.resize(kernel::best().pose_fill(pass, runs_.data(), runs_.size(), fresh_.data()));
     return;
   }
