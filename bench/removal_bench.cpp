@@ -32,6 +32,7 @@ struct Cut {
   double heading;                         // rad, against the rows of voxels
   double half_side = 30 * mm;             // of the stock
   double tilt = 0.0;                      // of the tool's axis, sideways, rad
+  bool many_materials = false;
 };
 
 constexpr double kLength = 40 * mm;
@@ -47,6 +48,17 @@ int steps_of(const Cut& cut) {
   return static_cast<int>(std::lround(2.0 * start_of(cut).head<2>().norm() / cut.step));
 }
 
+/// Even bone, or of a hundred densities in no order, as a CT gives.
+workpiece::Stock stock_of(const Cut& cut, const Vector3& low, const Vector3& high) {
+  if (!cut.many_materials) return workpiece::block(low, high, {1900.0, 1.0}, cut.spacing);
+  return {workpiece::cubes_over(low, high, cut.spacing), [&](const Vector3& p) {
+            const double step =
+                std::round(100.0 * std::abs(std::sin(p.x() / mm) * std::cos((p.y() + p.z()) / mm)));
+            return workpiece::BoneSample{(low - p).cwiseMax(p - high).maxCoeff(),
+                                         {300.0 + 16.0 * step, 0.1 + 0.009 * step}};
+          }};
+}
+
 struct Measured {
   double rate = 0.0;      // steps/s, the best of the runs
   double per_step = 0.0;  // voxels newly taken
@@ -54,8 +66,7 @@ struct Measured {
 
 Measured ours(const Cut& cut, bool with_map = true) {
   const Vector3 side(cut.half_side, cut.half_side, 0.0);
-  const workpiece::Stock whole =
-      workpiece::block(-side - kHeight * Vector3::UnitZ(), side, {1900.0, 1.0}, cut.spacing);
+  const workpiece::Stock whole = stock_of(cut, -side - kHeight * Vector3::UnitZ(), side);
   cutting::Cutter cutter;
   cutter.shape = cut.ball ? cutting::CutterShape::ball : cutting::CutterShape::cylindrical;
   cutter.radius = 0.5 * cut.diameter;
@@ -125,12 +136,16 @@ int main() {
   for (const int at : {0, 2})
     figures.push_back({std::string(cuts[at].name) + "-csg", ours(cuts[at]).rate, "steps/s",
                        "OpenVDB, csgDifference", openvdb_rate(cuts[at], true)});
-  Cut tilted = cuts[1];
-  tilted.tilt = 0.4;
-  figures.push_back({"ball-8-mm-0.1-mm-1-mm-deep-tilted", ours(tilted).rate, "steps/s"});
-  tilted = cuts[5];
-  tilted.tilt = 0.4;
-  figures.push_back({"cylinder-3-mm-0.2-mm-tilted", ours(tilted).rate, "steps/s"});
+  for (const int at : {1, 3, 5}) {
+    Cut cut = cuts[at];
+    cut.tilt = 0.4;
+    figures.push_back({std::string(cut.name) + "-tilted", ours(cut).rate, "steps/s"});
+  }
+  for (const int at : {0, 1, 2, 3}) {
+    Cut cut = cuts[at];
+    cut.many_materials = true;
+    figures.push_back({std::string(cut.name) + "-many-materials", ours(cut).rate, "steps/s"});
+  }
   // What a step costs.
   const auto cost = [&](const std::string& name, const Cut& cut) {
     const Measured measured = ours(cut, false);

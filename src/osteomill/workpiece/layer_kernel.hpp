@@ -103,6 +103,23 @@ struct Taken {
   bool alike = false;         ///< amounts and units are those that were there, if compared
 };
 
+/// A plane of cells that the voxels of a layer are shared between where both coordinates change
+/// along a row: lateral and eta, see ShadowMap. A coordinate is origin + x x_rate + y y_rate.
+struct Plane {
+  double origin[2], x_rate[2], y_rate[2];
+  int phase_bits;
+  const float* four_shares[2];  ///< see FourShadows
+  int first_cell[2];
+  float gain;
+  int rows, stride;
+  float* cells;
+};
+
+/// Of a plane of cells. Empty: first > last.
+struct RowRange {
+  int first, last;
+};
+
 /// A line of cells that the voxels of a layer are shared between, see ShadowMap. The coordinate of
 /// a voxel among the cells is origin + x x_rate + y y_rate.
 struct Line {
@@ -128,6 +145,9 @@ struct Functions {
                 bool compare, const Amounts& out);
   /// Shares the amounts of a layer. Returns whether there were any.
   bool (*share)(const Line&, const Run* runs, std::size_t count, const Amounts&);
+  /// The same between the cells of a plane, which are added to. Returns the rows of cells; voxels
+  /// beyond the last row are left out.
+  RowRange (*share_plane)(const Plane&, const Run* runs, std::size_t count, const Amounts&);
   /// x in the one and not in the other, if there is one, where a tool at the other that goes this
   /// way (of a point, in its frame; null: not the same everywhere) comes nearer. In rows
   /// first_y ... last_y and some behind them.

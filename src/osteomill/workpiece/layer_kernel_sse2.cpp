@@ -8,6 +8,7 @@
 
 namespace osteomill::workpiece::kernel {
 
-const Functions kSse2 = {"sse2", stretches, fill, take, share, pose_stretches, pose_fill};
+const Functions kSse2 = {"sse2", stretches,   fill,           take,
+                         share,  share_plane, pose_stretches, pose_fill};
 
 }  // namespace osteomill::workpiece::kernel

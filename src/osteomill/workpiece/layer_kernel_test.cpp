@@ -131,6 +131,96 @@ Outcome outcome_of(const Functions& functions, unsigned seed) {
   return out;
 }
 
+/// The same of a leaning tool.
+struct Leaning {
+  std::vector<int> stretches;
+  std::vector<std::uint16_t> fresh;
+  std::vector<int> runs;
+  std::vector<float> cells;
+  std::vector<int> rows;
+};
+
+Leaning leaning_of(const Functions& functions, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto view_of = [](const Eigen::Matrix3d& frame, const geometry::Vector3& tip) -> View {
+    const geometry::Vector3 base = frame * (geometry::Vector3(0.0, 0.0, 20.0) - tip);
+    return {{base.x(), base.y(), base.z()},
+            {frame(0, 1), frame(1, 1), frame(2, 1)},
+            {frame(0, 0), frame(1, 0), frame(2, 0)}};
+  };
+  const bool ball = seed % 2 == 0, turns = seed % 3 == 0, placing = seed % 7 == 0;
+  const double radius = uniform(5.0, 20.0);
+  const geometry::Vector3 tip(uniform(40.0, 56.0), uniform(40.0, 56.0), uniform(5.0, 18.0));
+  const Eigen::Matrix3d from =
+      Eigen::AngleAxisd(uniform(-1.2, 1.2),
+                        geometry::Vector3(uniform(-1.0, 1.0), 1.0, 0.2).normalized())
+          .toRotationMatrix();
+  const Eigen::Matrix3d to =
+      turns ? (Eigen::AngleAxisd(0.02, geometry::Vector3::UnitX()) * from).eval() : from;
+  const geometry::Vector3 way =
+      ball ? geometry::Vector3(uniform(-3.0, 3.0), uniform(-3.0, 3.0), uniform(-3.0, 3.0))
+           : (from.transpose() * geometry::Vector3(uniform(-3.0, 3.0), 2.0, 0.0)).eval();
+  const geometry::Vector3 in_tool = -(from * way);
+  const Solid near{view_of(from, tip), radius + 6.0, ball ? radius : -6.0, ball};
+  const Solid gone{view_of(from, tip), radius - 0.5, ball ? radius : 0.5, ball};
+
+  Leaning out;
+  out.stretches.resize(4 * kSize);
+  int* s = out.stretches.data();
+  const Stretches stretch{{s, s + kSize}, {s + 2 * kSize, s + 3 * kSize}, nullptr, nullptr};
+  functions.pose_stretches(near, placing ? nullptr : &gone, turns ? nullptr : in_tool.data(), 0,
+                           kSize - 1, kSize - 1.0, stretch);
+  std::vector<Run> runs;
+  std::size_t size = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int part = 0; part < 2; ++part) {
+      if (stretch.first[part][y] > stretch.last[part][y]) continue;
+      runs.push_back({y, stretch.first[part][y], stretch.last[part][y], size});
+      size += static_cast<std::size_t>(lanes_of(runs.back()));
+    }
+  out.fresh.resize(size);
+  const Pass pass{view_of(from, tip),
+                  view_of(to, placing ? tip : (tip + way).eval()),
+                  radius,
+                  ball,
+                  placing,
+                  turns};
+  runs.resize(functions.pose_fill(pass, runs.data(), runs.size(), out.fresh.data()));
+  for (const Run& run : runs) out.runs.insert(out.runs.end(), {run.y, run.first, run.last});
+
+  std::vector<float> amounts(size), of_runs(runs.size());
+  std::vector<std::uint32_t> units(runs.size(), 1);
+  for (float& amount : amounts) amount = random() % 3 == 0 ? 0.0f : static_cast<float>(random());
+  const geometry::Vector3 lateral =
+      geometry::Vector3(uniform(-1.0, 1.0), uniform(-1.0, 1.0), 0.3).normalized();
+  const geometry::Vector3 eta = lateral.unitOrthogonal();
+  Plane plane{};
+  FourShadows four[2];
+  for (int i = 0; i < 2; ++i) {
+    const geometry::Vector3& axis = i == 0 ? lateral : eta;
+    four[i].prepare(VoxelShadow(axis), VoxelShadow::fixed(axis.x()));
+    plane.x_rate[i] = axis.x();
+    plane.y_rate[i] = axis.y();
+    // All voxels of the layer are in it.
+    plane.origin[i] = 150.0 - 48.0 * (axis.x() + axis.y());
+    plane.four_shares[i] = four[i].table();
+    plane.first_cell[i] = four[i].first_cell();
+  }
+  plane.phase_bits = VoxelShadow::kPhaseBits;
+  plane.gain = 0.3f;
+  plane.rows = 300;
+  plane.stride = 300;
+  out.cells.resize(300 * 300);
+  plane.cells = out.cells.data();
+  const RowRange range = functions.share_plane(plane, runs.data(), runs.size(),
+                                               {amounts.data(), of_runs.data(), units.data()});
+  out.rows = {range.first, range.last};
+  return out;
+}
+
 // Bit for bit: results don't depend on the machine.
 void compare(const Functions& one, const Functions& other) {
   for (unsigned seed = 0; seed < 200; ++seed) {
@@ -149,6 +239,12 @@ void compare(const Functions& one, const Functions& other) {
     EXPECT_EQ(a.taken.unit_scale, b.taken.unit_scale);
     EXPECT_EQ(a.alike, b.alike);
     EXPECT_EQ(a.any, b.any);
+    const Leaning c = leaning_of(one, seed), d = leaning_of(other, seed);
+    EXPECT_EQ(c.stretches, d.stretches);
+    EXPECT_EQ(c.fresh, d.fresh);
+    EXPECT_EQ(c.runs, d.runs);
+    EXPECT_EQ(c.cells, d.cells);
+    EXPECT_EQ(c.rows, d.rows);
   }
 }
 

@@ -46,12 +46,6 @@ const cutting::Cutter& checked(const cutting::Cutter& cutter, const geometry::Gr
 
 bool is_upright(const Vector3& axis) { return axis == Vector3::UnitZ(); }
 
-void add_three(float* at, const float* shares, float amount) {
-  at[-1] += shares[0] * amount;
-  at[0] += shares[1] * amount;
-  at[1] += shares[2] * amount;
-}
-
 /// What a layer gave.
 struct Gathered {
   std::span<const Swath::Run> runs;
@@ -73,13 +67,13 @@ class LevelMap {
  public:
   LevelMap(ShadowMap& map, const Vector3& tip, FourShadows& four_shadows, std::vector<float>& line)
       : map_(map), tip_(tip) {
-    const auto length = static_cast<std::size_t>(kBefore + map.stride());
+    const auto length = static_cast<std::size_t>(map.stride());
     line.resize(4 * length);
     const Vector3& across = map.y_T();
     const VoxelShadow& shadow = map.lateral_shadow();
     const bool along_x = std::abs(across.x()) < 1e-12;
     if (!along_x) four_shadows.prepare(shadow, VoxelShadow::fixed(across.x()));
-    line_ = {kBefore + map.lateral_cell(-tip),
+    line_ = {map.lateral_cell(-tip),
              across.x(),
              across.y(),
              VoxelShadow::kPhaseBits,
@@ -114,12 +108,9 @@ class LevelMap {
   }
 
  private:
-  /// Cells before the first of the map: whole lanes may begin there, with nothing in it.
-  static constexpr int kBefore = kFour;
-
   void add_line(int row, float share) {
     float* cells = map_.row(row);
-    const float* line = line_.cells + kBefore;
+    const float* line = line_.cells;
     for (int column = 0; column < map_.stride(); column += kFour)
       store(load<FourFloats>(cells + column) + share * load<FourFloats>(line + column),
             cells + column);
@@ -135,42 +126,40 @@ class LevelMap {
 /// Any feed: both coordinates are linear in x.
 class TiltedMap {
  public:
-  TiltedMap(ShadowMap& map, const Vector3& tip)
-      : map_(map),
-        tip_(tip),
-        lateral_rate_(VoxelShadow::fixed(map.y_T().x())),
-        eta_rate_(VoxelShadow::fixed(map.eta().x())) {}
+  TiltedMap(ShadowMap& map, const Vector3& tip, FourShadows& lateral, FourShadows& eta)
+      : map_(map), tip_(tip) {
+    const Vector3* const axes[] = {&map.y_T(), &map.eta()};
+    FourShadows* const shadows[] = {&lateral, &eta};
+    lateral.prepare(map.lateral_shadow(), VoxelShadow::fixed(map.y_T().x()));
+    eta.prepare(map.eta_shadow(), VoxelShadow::fixed(map.eta().x()));
+    for (int i = 0; i < 2; ++i) {
+      plane_.x_rate[i] = axes[i]->x();
+      plane_.y_rate[i] = axes[i]->y();
+      plane_.four_shares[i] = shadows[i]->table();
+      plane_.first_cell[i] = shadows[i]->first_cell();
+    }
+    plane_.phase_bits = VoxelShadow::kPhaseBits;
+    plane_.gain = map.gain();
+    plane_.rows = map.rows();
+    plane_.stride = map.stride();
+    plane_.cells = map.row(0);
+  }
 
   void add(int z, const Gathered& layer) {
-    for (std::size_t at = 0; at < layer.runs.size(); ++at) {
-      if (layer.amounts.units[at] == 0) continue;
-      const Swath::Run& run = layer.runs[at];
-      const Vector3 start = Vector3(kernel::start_of(run), run.y, z) - tip_;
-      std::int64_t lateral = VoxelShadow::fixed(map_.lateral_cell(start));
-      std::int64_t eta = VoxelShadow::fixed(map_.eta_cell(start));
-      const float* amounts = layer.amounts.of_voxels + run.fresh;
-      for (int k = 0; k < kernel::lanes_of(run); ++k) {
-        if (amounts[k] > 0.0f) share(lateral, eta, amounts[k] * map_.gain());
-        lateral += lateral_rate_;
-        eta += eta_rate_;
-      }
-    }
+    const Vector3 start = Vector3(0.0, 0.0, z) - tip_;
+    plane_.origin[0] = map_.lateral_cell(start);
+    plane_.origin[1] = map_.eta_cell(start);
+    const kernel::RowRange rows =
+        kernel::best().share_plane(plane_, layer.runs.data(), layer.runs.size(), layer.amounts);
+    if (rows.first > rows.last) return;
+    map_.note_row(rows.first);
+    map_.note_row(rows.last);
   }
 
  private:
-  void share(std::int64_t lateral, std::int64_t eta, float amount) {
-    int column = 0, at = 0;
-    const float* across = map_.lateral_shadow().shares(lateral, column);
-    const float* up = map_.eta_shadow().shares(eta, at);
-    if (at < 1 || at + 1 >= map_.rows()) return;  // above the cutting length
-    for (int k = 0; k < 3; ++k) add_three(map_.row(at + k - 1) + column, across, up[k] * amount);
-    map_.note_row(at - 1);
-    map_.note_row(at + 1);
-  }
-
   ShadowMap& map_;
   Vector3 tip_;
-  std::int64_t lateral_rate_ = 0, eta_rate_ = 0;
+  kernel::Plane plane_{};
 };
 
 }  // namespace
@@ -273,14 +262,14 @@ void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals
   map_.begin_step(step);
   if (!is_upright(from.axis_W) || !is_upright(to.axis_W)) {
     pose_swath_.begin_step(from, to);
-    carve(pose_swath_, TiltedMap(map_, from.tip_W), cut);
+    carve(pose_swath_, TiltedMap(map_, from.tip_W, four_shadows_, four_eta_shadows_), cut);
     return;
   }
   swath_.begin_step(from.tip_W, to.tip_W);
   if (to.tip_W.z() == from.tip_W.z())
     carve(swath_, LevelMap(map_, from.tip_W, four_shadows_, line_), cut);
   else
-    carve(swath_, TiltedMap(map_, from.tip_W), cut);
+    carve(swath_, TiltedMap(map_, from.tip_W, four_shadows_, four_eta_shadows_), cut);
 }
 
 Removal Remover::step(const ToolPose& from_W, const ToolPose& to_W) {

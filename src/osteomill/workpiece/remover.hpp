@@ -92,8 +92,8 @@ class Remover {
   // Of the layer that is carved, see kernel::Amounts.
   std::vector<float> voxel_amounts_, run_amounts_;
   std::vector<std::uint32_t> run_units_;
-  FourShadows four_shadows_;  // see LevelMap
-  std::vector<float> line_;   // the same
+  FourShadows four_shadows_, four_eta_shadows_;
+  std::vector<float> line_;  // see LevelMap
 };
 
 }  // namespace osteomill::workpiece

@@ -25,6 +25,9 @@ constexpr float kForgotten =
 // can't be told.
 constexpr double kLeastShare = 0.05;
 
+// Columns beside the cutter's: the voxels of a window (FourShadows) that have nothing.
+constexpr int kWindow = 4;
+
 constexpr double kShadowTurn = 1e-3;  // of the feed, that leaves the shadows as they are
 
 bool along_an_axis(const Vector3& direction) {
@@ -73,7 +76,7 @@ ShadowMap::ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchG
   require_positive("engagement.slice_height_mm", patches.slice_height / units::mm, "mm");
   require_non_negative("engagement.memory", memory, "voxels");
   const double reach = slice_height_ * patches.slices;
-  columns_ = 2 * static_cast<int>(std::ceil(cutter_.radius)) + 5;
+  columns_ = 2 * (static_cast<int>(std::ceil(cutter_.radius)) + kWindow) + 5;
   // Any pitch: the cylinder of radius R and this reach, seen from any side.
   rows_ = static_cast<int>(std::ceil(2.0 * cutter_.radius + reach)) + 6;
   stride_ = up_to_four(columns_) + kEight;
