@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <regex>
 
 #include "documents.hpp"
 #include "osteomill/base/units.hpp"
@@ -212,7 +212,17 @@ struct Over {
 
 /// "cutter.profile.1.z_mm" as the schema has it: "cutter.profile[].z_mm".
 std::string schema_path(const std::string& path) {
-  return std::regex_replace(path, std::regex("\\.[0-9]+"), "[]");
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string in_schema;
+  for (auto at = path.begin(); at != path.end();) {
+    const auto end = *at == '.' ? std::find_if_not(at + 1, path.end(), is_digit) : at + 1;
+    if (end - at > 1)
+      in_schema += "[]";
+    else
+      in_schema += *at;
+    at = end;
+  }
+  return in_schema;
 }
 
 Over parse_over(const std::string& text) {

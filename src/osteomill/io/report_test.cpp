@@ -9,7 +9,6 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <sstream>
 
 #include "osteomill/base/error.hpp"
@@ -18,6 +17,7 @@
 namespace osteomill::io {
 namespace {
 
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -64,9 +64,13 @@ TEST(Report, CarriesItsDataAsJsonThatNoTextWithinCanBreakOutOf) {
 
 TEST(Report, RefersToNothingOutsideItself) {
   const std::string page = report_html(small());
-  // Name spaces of SVG and XHTML are names; nobody fetches them.
-  const std::regex address(R"((https?|wss?|ftp)://(?!www\.w3\.org/(1999|2000)/))");
-  EXPECT_FALSE(std::regex_search(page, address));
+  for (const std::string scheme : {"http://", "https://", "ws://", "wss://", "ftp://"})
+    for (std::size_t at = page.find(scheme); at != std::string::npos;
+         at = page.find(scheme, at + 1)) {
+      // Name spaces of SVG and XHTML are names; nobody fetches them.
+      const std::string host = page.substr(at + scheme.size(), 16);
+      EXPECT_THAT(host, AnyOf("www.w3.org/1999/", "www.w3.org/2000/"));
+    }
   EXPECT_THAT(page, HasSubstr("default-src 'none'"));
 }
 
