@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 #include <unordered_map>
@@ -150,7 +151,20 @@ std::vector<unsigned> agree(Mesh& mesh, MeshRepair& report) {
   return part;
 }
 
-void close_holes(Mesh& mesh, std::vector<unsigned>& part, std::size_t largest, MeshRepair& report) {
+struct Box {
+  Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+  Eigen::Vector3f high = -low;
+  void add(const Eigen::Vector3f& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+};
+
+void close_holes(Mesh& mesh, std::vector<unsigned>& part, const MeshRepairOptions& options,
+                 MeshRepair& report) {
+  std::vector<Box> part_box(report.parts);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const unsigned v : mesh.triangles[t]) part_box[part[t]].add(mesh.vertices[v]);
   std::multimap<unsigned, std::pair<unsigned, unsigned>> next;  // vertex → next vertex, part
   const std::vector<Side> sides = sides_of(mesh);
   for (std::size_t i = 0; i < sides.size(); ++i) {
@@ -173,14 +187,22 @@ void close_holes(Mesh& mesh, std::vector<unsigned>& part, std::size_t largest, M
       rim.push_back(to);
       if (to == rim.front()) break;
     }
-    if (rim.size() < 4 || rim.front() != rim.back() || rim.size() - 1 > largest) continue;
+    if (rim.size() < 4 || rim.front() != rim.back()) continue;
     rim.pop_back();
     Eigen::Vector3f middle = Eigen::Vector3f::Zero();
     float value = 0.0F;
     const float share = 1.0F / static_cast<float>(rim.size());
+    Box box;
     for (const unsigned v : rim) {
+      box.add(mesh.vertices[v]);
       middle += share * mesh.vertices[v];
       if (!mesh.values.empty()) value += share * mesh.values[v];
+    }
+    const Hole hole{rim.size(), static_cast<double>((box.high - box.low).maxCoeff()), middle};
+    const double around = (part_box[of_part].high - part_box[of_part].low).norm();
+    if (hole.edges > options.largest_hole || hole.width > options.widest_hole * around) {
+      report.open_holes.push_back(hole);
+      continue;
     }
     const auto centre = static_cast<unsigned>(mesh.vertices.size());
     mesh.vertices.push_back(middle);
@@ -189,13 +211,7 @@ void close_holes(Mesh& mesh, std::vector<unsigned>& part, std::size_t largest, M
       mesh.triangles.push_back({rim[i], rim[(i + 1) % rim.size()], centre});
       part.push_back(of_part);
     }
-    Eigen::Vector3f low = middle, high = middle;
-    for (const unsigned v : rim) {
-      low = low.cwiseMin(mesh.vertices[v]);
-      high = high.cwiseMax(mesh.vertices[v]);
-    }
-    report.closed_holes.push_back(
-        {rim.size(), static_cast<double>((high - low).maxCoeff()), middle});
+    report.closed_holes.push_back(hole);
   }
 }
 
@@ -224,11 +240,31 @@ MeshRepair repair(Mesh& mesh, const MeshRepairOptions& options) {
   report.merged_vertices = merge_vertices(mesh, options.weld);
   report.dropped_triangles = drop_triangles(mesh);
   std::vector<unsigned> part = agree(mesh, report);
-  close_holes(mesh, part, options.largest_hole, report);
+  close_holes(mesh, part, options, report);
   report.turned_all = right_way_out(mesh, part, report.parts);
   report.left = flaws(mesh);
   return report;
 }
+
+namespace {
+
+/// "2 holes: one of 5 edges, 2.00 mm wide, at (1.0, 20.0, 1.7) mm, ...", the widest first.
+std::string list(std::vector<Hole> holes) {
+  std::sort(holes.begin(), holes.end(),
+            [](const Hole& a, const Hole& b) { return a.width > b.width; });
+  constexpr std::size_t kNamed = 5;
+  std::string text = fmt::format("{} hole{}: ", holes.size(), holes.size() == 1 ? "" : "s");
+  for (std::size_t i = 0; i < std::min(holes.size(), kNamed); ++i) {
+    const Hole& hole = holes[i];
+    text += fmt::format("{}of {} edges, {:.2f} mm wide, at ({:.1f}, {:.1f}, {:.1f}) mm",
+                        i > 0 ? ", " : "", hole.edges, hole.width / units::mm,
+                        hole.middle.x() / units::mm, hole.middle.y() / units::mm,
+                        hole.middle.z() / units::mm);
+  }
+  return text + (holes.size() > kNamed ? ", ...; " : "; ");
+}
+
+}  // namespace
 
 std::string describe(const MeshRepair& repair) {
   std::string text;
@@ -239,11 +275,8 @@ std::string describe(const MeshRepair& repair) {
   say(repair.dropped_triangles, "dropped {} flat or double triangles");
   say(repair.turned_triangles, "turned {} triangles that ran against their neighbours");
   if (repair.turned_all) text += "turned all of it, which was inside out; ";
-  say(repair.closed_holes.size(), "closed {} holes");
-  for (const ClosedHole& hole : repair.closed_holes)
-    text += fmt::format("a hole of {} edges, {:.2f} mm wide, at ({:.1f}, {:.1f}, {:.1f}) mm; ",
-                        hole.edges, hole.width / units::mm, hole.middle.x() / units::mm,
-                        hole.middle.y() / units::mm, hole.middle.z() / units::mm);
+  if (!repair.closed_holes.empty()) text += "closed " + list(repair.closed_holes);
+  if (!repair.open_holes.empty()) text += "too large to be closed: " + list(repair.open_holes);
   text += fmt::format("{} part{}, ", repair.parts, repair.parts == 1 ? "" : "s");
   if (repair.left.watertight()) return text + "watertight";
   return text +

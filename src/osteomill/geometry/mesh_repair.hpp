@@ -12,10 +12,12 @@ namespace osteomill::geometry {
 struct MeshRepairOptions {
   double weld = 0.0;              ///< vertices this near are one, m; 0: only where they are equal
   std::size_t largest_hole = 60;  ///< holes of up to so many edges are closed
+  /// ... when they are no wider than this share of the diagonal of what they are in: a fan over half
+  /// a bone would make up its shape, and one over a loose triangle a solid without inside.
+  double widest_hole = 0.25;
 };
 
-/// A hole that was closed.
-struct ClosedHole {
+struct Hole {
   std::size_t edges = 0;
   double width = 0.0;                                ///< largest extent of its rim, m
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();  ///< m
@@ -27,7 +29,8 @@ struct MeshRepair {
   std::size_t dropped_triangles = 0;  ///< flat, or there twice
   std::size_t turned_triangles = 0;   ///< ran against their neighbours
   bool turned_all = false;            ///< the mesh was inside out
-  std::vector<ClosedHole> closed_holes;
+  std::vector<Hole> closed_holes;
+  std::vector<Hole> open_holes;  ///< too large to be closed; those without a simple rim left out
   std::size_t parts = 0;  ///< that hang together
   MeshFlaws left;         ///< what is still wrong
 

@@ -7,6 +7,9 @@
 namespace osteomill::geometry {
 namespace {
 
+/// The holes of a cube are as wide as its sides.
+const MeshRepairOptions kAnyWidth{.widest_hole = 1.0};
+
 /// A cube of side 2, as an STL file has it: every triangle with corners of its own.
 Mesh cube(const Eigen::Vector3f& at = Eigen::Vector3f::Zero(), float side = 2.0F) {
   Mesh mesh;
@@ -78,12 +81,10 @@ TEST(MeshRepair, ClosesSmallHolesAndNamesLargeOnes) {
   Mesh mesh = cube();
   mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);
   Mesh kept = mesh;
-  const MeshRepair report = repair(mesh);
+  const MeshRepair report = repair(mesh, kAnyWidth);
   ASSERT_EQ(report.closed_holes.size(), 1u);
-  EXPECT_NE(describe(report).find("a hole of " + std::to_string(report.closed_holes[0].edges) +
-                                  " edges, "),
-            std::string::npos)
-      << describe(report);
+  EXPECT_THAT(describe(report), testing::HasSubstr("closed 1 hole: of 4 edges, 2000.00 mm wide, at "
+                                                   "(0.0, 1000.0, 1000.0) mm; "));
   EXPECT_TRUE(report.left.watertight());
   EXPECT_DOUBLE_EQ(volume(mesh), 8.0);
 
@@ -93,6 +94,26 @@ TEST(MeshRepair, ClosesSmallHolesAndNamesLargeOnes) {
   EXPECT_TRUE(open.closed_holes.empty());
   EXPECT_EQ(open.left.open_edges, 4u);
   EXPECT_THAT(describe(open), testing::HasSubstr("not watertight: 4 open edges"));
+  EXPECT_THAT(describe(open), testing::HasSubstr("too large to be closed: 1 hole: of 4 edges"));
+}
+
+TEST(MeshRepair, DoesNotMakeUpHalfABoneNorASolidOfLooseTriangles) {
+  // 2 m of a diagonal of 3.5 m.
+  Mesh half = cube();
+  half.triangles.erase(half.triangles.begin(), half.triangles.begin() + 2);
+  const MeshRepair wide = repair(half);
+  EXPECT_TRUE(wide.closed_holes.empty());
+  ASSERT_EQ(wide.open_holes.size(), 1u);
+  EXPECT_DOUBLE_EQ(wide.open_holes[0].width, 2.0);
+  EXPECT_EQ(wide.left.open_edges, 4u);
+
+  Mesh loose = cube();
+  for (std::size_t v = 0; v < loose.vertices.size(); ++v)
+    loose.vertices[v].x() += 0.01F * static_cast<float>(v / 3);
+  const MeshRepair report = repair(loose);
+  EXPECT_FALSE(report.left.watertight());
+  EXPECT_FALSE(report.turned_all);
+  EXPECT_TRUE(report.closed_holes.empty());
 }
 
 TEST(MeshRepair, DropsFlatAndDoubleTrianglesAndWeldsWhatIsNear) {
@@ -105,8 +126,8 @@ TEST(MeshRepair, DropsFlatAndDoubleTrianglesAndWeldsWhatIsNear) {
   for (std::size_t v = 0; v < apart.vertices.size(); ++v)
     apart.vertices[v].x() += 1e-5F * static_cast<float>(v % 3);
   Mesh unwelded = apart;
-  EXPECT_FALSE(repair(unwelded, {0.0, 0}).left.watertight());
-  EXPECT_TRUE(repair(apart, {1e-4, 0}).left.watertight());
+  EXPECT_FALSE(repair(unwelded, {.largest_hole = 0}).left.watertight());
+  EXPECT_TRUE(repair(apart, {.weld = 1e-4, .largest_hole = 0}).left.watertight());
   EXPECT_EQ(apart.vertices.size(), 8u);
 }
 
@@ -114,7 +135,7 @@ TEST(MeshRepair, ValuesGoWithTheirVertices) {
   Mesh mesh = cube();
   for (const Eigen::Vector3f& v : mesh.vertices) mesh.values.push_back(v.sum());
   mesh.triangles.pop_back();
-  repair(mesh);
+  repair(mesh, kAnyWidth);
   ASSERT_EQ(mesh.values.size(), mesh.vertices.size());
   for (std::size_t v = 0; v < 8; ++v) EXPECT_EQ(mesh.values[v], mesh.vertices[v].sum());
 }

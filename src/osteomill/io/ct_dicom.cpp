@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gdcmDirectory.h>
+#include <gdcmReader.h>
 #include <gdcmScanner.h>
 #include <gdcmTrace.h>
 #include <itkGDCMImageIO.h>
@@ -28,6 +29,8 @@ const gdcm::Tag kRows(0x0028, 0x0010);
 const gdcm::Tag kColumns(0x0028, 0x0011);
 const gdcm::Tag kPixelSpacing(0x0028, 0x0030);
 const gdcm::Tag kSamples(0x0028, 0x0002);
+const gdcm::Tag kBits(0x0028, 0x0100);
+const gdcm::Tag kPixels(0x7fe0, 0x0010);
 
 struct Slice {
   std::string file;
@@ -35,6 +38,7 @@ struct Slice {
   std::vector<double> orientation;  ///< of its rows and its columns
   std::vector<double> spacing;      ///< between rows, between columns, mm
   std::string size;
+  std::size_t bytes = 0;  ///< of its pixels, not compressed
   double along = 0.0;  ///< position along the normal, mm
 };
 
@@ -75,6 +79,16 @@ std::vector<double> numbers(const std::string& text) {
   return out;
 }
 
+/// Of whole numbers; 0 when one is none.
+std::size_t product(const std::string& rows, const std::string& columns, const std::string& bits) {
+  std::size_t out = 1;
+  for (const std::string& text : {rows, columns, bits}) {
+    const std::vector<double> value = numbers(text);
+    out *= value.empty() ? 0 : static_cast<std::size_t>(std::max(0.0, value.front()));
+  }
+  return out;
+}
+
 [[noreturn]] void refuse(const fs::path& path, const std::string& field, const std::string& value,
                          const std::string& rule, const std::string& remedy) {
   throw InvalidInput({path.string() + ": " + field, value, rule, remedy});
@@ -85,7 +99,7 @@ std::map<std::string, Series> scan(const fs::path& folder) {
   directory.Load(folder.string(), false);
   gdcm::Scanner scanner;
   for (const gdcm::Tag& tag : {kModality, kSeriesDescription, kSeriesUid, kSeriesNumber, kPosition,
-                               kOrientation, kRows, kColumns, kPixelSpacing, kSamples})
+                               kOrientation, kRows, kColumns, kPixelSpacing, kSamples, kBits})
     scanner.AddTag(tag);
   scanner.Scan(directory.GetFilenames());
   std::map<std::string, Series> all;
@@ -103,7 +117,8 @@ std::map<std::string, Series> scan(const fs::path& folder) {
     series.modality = text(kModality);
     series.samples = text(kSamples);
     series.slices.push_back({file, numbers(text(kPosition)), numbers(text(kOrientation)),
-                             numbers(text(kPixelSpacing)), text(kColumns) + " × " + text(kRows)});
+                             numbers(text(kPixelSpacing)), text(kColumns) + " × " + text(kRows),
+                             product(text(kRows), text(kColumns), text(kBits)) / 8});
   }
   return all;
 }
@@ -203,6 +218,25 @@ void order(const fs::path& path, Series& series) {
            "export the series with the tilt corrected (deskewed)");
 }
 
+/// GDCM reads a slice that ends early without a word, the rest of it as air.
+void refuse_cut_short(const fs::path& path, const Series& series) {
+  for (const Slice& slice : series.slices) {
+    gdcm::Reader reader;
+    reader.SetFileName(slice.file.c_str());
+    if (!reader.ReadUpToTag(kPixels, {kPixels}))
+      refuse(path, fs::path(slice.file).filename().string(), "", "cannot be read as DICOM",
+             "copy the series again");
+    // What is compressed has no length to be checked by: its decoder finds out.
+    if (reader.GetFile().GetHeader().GetDataSetTransferSyntax().IsEncapsulated()) continue;
+    const std::size_t begin = reader.GetStreamCurrentPosition();
+    const std::size_t size = fs::file_size(slice.file);
+    if (size < begin + slice.bytes)
+      refuse(path, fs::path(slice.file).filename().string(),
+             fmt::format("{} bytes of pixels", size - std::min(size, begin)),
+             fmt::format("is cut short: its header says {}", slice.bytes), "copy the series again");
+  }
+}
+
 }  // namespace
 
 RawVolume read_dicom(const fs::path& path, const CtOptions& options) {
@@ -218,6 +252,7 @@ RawVolume read_dicom(const fs::path& path, const CtOptions& options) {
     refuse(path, "samples per pixel", series.samples, "must be 1: this is a colour picture",
            "choose the CT slices, not a screenshot");
   order(path, series);
+  refuse_cut_short(path, series);
   return guarded(path, [&] {
     std::vector<std::string> files;
     for (const Slice& slice : series.slices) files.push_back(slice.file);

@@ -391,5 +391,15 @@ TEST(DicomSeries, NamesWhatMakesItsGridIrregular) {
   expect_refused("mixed pixel sizes", write_dicom(scratch("sizes"), fine), "mixed size");
 }
 
+TEST(DicomSeries, IsRefusedWhenASliceEndsEarly) {
+  const fs::path folder = write_dicom(scratch("short"), {});
+  EXPECT_EQ(read_ct(folder).hounsfield.shape().size[2], 5);
+  const std::string whole = read_text_file(folder / "a3.dcm");
+  for (const std::size_t missing : {1u, 20u, 84u}) {  // of 84 bytes of pixels
+    write_text_file(folder / "a3.dcm", whole.substr(0, whole.size() - missing));
+    expect_refused("cut slice", folder, "cut short: its header says 84");
+  }
+}
+
 }  // namespace
 }  // namespace osteomill::io

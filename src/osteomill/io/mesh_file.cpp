@@ -179,12 +179,18 @@ MeshFile read_mesh(const fs::path& path, const MeshOptions& options) {
         "a bone",
         size, name(file.unit));
   }
-  if (!fits(file.unit))
-    throw InvalidInput({path.string(), fmt::format("{:.4g} {} across", size, name(file.unit)),
-                        "is not the size of a bone: 3 mm … 2.5 m", "give the unit of its lengths"});
+  if (!fits(file.unit)) {
+    const bool guessed = options.unit == LengthUnit::guess;
+    throw InvalidInput(
+        {path.string(),
+         fmt::format("{:.4g} {} across", size, guessed ? "mm or m" : name(file.unit)),
+         "is not the size of a bone: 3 mm … 2.5 m",
+         guessed ? "give the unit of its lengths" : "give another unit of its lengths"});
+  }
   for (Eigen::Vector3f& v : file.mesh.vertices) v *= static_cast<float>(metres(file.unit));
   geometry::MeshRepairOptions mend;
   mend.largest_hole = options.largest_hole;
+  mend.widest_hole = options.widest_hole;
   const geometry::Mesh as_read = file.mesh;
   file.repair = geometry::repair(file.mesh, mend);
   if (!file.repair.left.watertight()) {

@@ -17,6 +17,7 @@ enum class LengthUnit { guess, millimetre, centimetre, metre, inch };
 struct MeshOptions {
   LengthUnit unit = LengthUnit::guess;
   std::size_t largest_hole = 60;  ///< edges; larger holes are left open
+  double widest_hole = 0.25;      ///< share of the diagonal; wider holes are left open
 };
 
 /// A surface that was read, mended as far as it goes.

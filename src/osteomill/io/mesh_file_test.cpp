@@ -71,7 +71,7 @@ TEST(MeshFile, UnitsAreGuessedFromTheSizeOrGiven) {
 
 TEST(MeshFile, AnOpenSurfaceIsMendedOrRefusedAsASolid) {
   write_text_file(scratch("open.obj"), obj(1.0, false));
-  const MeshFile mended = read_solid(scratch("open.obj"));
+  const MeshFile mended = read_solid(scratch("open.obj"), {.widest_hole = 1.0});
   EXPECT_EQ(mended.repair.closed_holes.size(), 1u);
   MeshOptions strict;
   strict.largest_hole = 0;
