@@ -12,8 +12,8 @@ namespace osteomill::geometry {
 struct MeshRepairOptions {
   double weld = 0.0;              ///< vertices this near are one, m; 0: only where they are equal
   std::size_t largest_hole = 60;  ///< holes of up to so many edges are closed
-  /// ... when they are no wider than this share of the diagonal of what they are in: a fan over half
-  /// a bone would make up its shape, and one over a loose triangle a solid without inside.
+  /// ... when they are no wider than this share of the diagonal of what they are in: a fan over
+  /// half a bone would make up its shape, and one over a loose triangle a solid without inside.
   double widest_hole = 0.25;
 };
 
@@ -31,8 +31,8 @@ struct MeshRepair {
   bool turned_all = false;            ///< the mesh was inside out
   std::vector<Hole> closed_holes;
   std::vector<Hole> open_holes;  ///< too large to be closed; those without a simple rim left out
-  std::size_t parts = 0;  ///< that hang together
-  MeshFlaws left;         ///< what is still wrong
+  std::size_t parts = 0;         ///< that hang together
+  MeshFlaws left;                ///< what is still wrong
 
   bool untouched() const {
     return dropped_triangles + turned_triangles + closed_holes.size() == 0 && !turned_all;

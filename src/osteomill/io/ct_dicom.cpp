@@ -39,7 +39,7 @@ struct Slice {
   std::vector<double> spacing;      ///< between rows, between columns, mm
   std::string size;
   std::size_t bytes = 0;  ///< of its pixels, not compressed
-  double along = 0.0;  ///< position along the normal, mm
+  double along = 0.0;     ///< position along the normal, mm
 };
 
 struct Series {

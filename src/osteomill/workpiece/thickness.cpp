@@ -8,7 +8,8 @@ namespace osteomill::workpiece {
 
 namespace {
 
-/// Outward normal from the occupancy of the 26 neighbours, with the weights of a Sobel filter.
+/// Outward normal from the occupancy of the 26 neighbours, with the weights of a Sobel filter; zero
+/// where they balance, as around a lone voxel.
 Vector3 normal_at(const Stock& stock, int x, int y, int z) {
   Vector3 inwards = Vector3::Zero();
   for (int dz = -1; dz <= 1; ++dz)
@@ -44,7 +45,7 @@ CorticalThickness cortical_thickness(const Stock& stock, double cortical_density
             z == shape.size[2] - 1)
           continue;
         const Vector3 outwards = normal_at(stock, x, y, z);
-        if (!outwards.allFinite()) continue;
+        if (outwards.isZero()) continue;
         surface += 1.0;
         // The surface lies `out` of the voxel's centre.
         double shell = 0.0;

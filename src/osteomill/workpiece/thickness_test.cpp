@@ -32,6 +32,18 @@ TEST(CorticalThickness, IsThatOfTheShell) {
   }
 }
 
+TEST(CorticalThickness, LeavesOutLoneVoxels) {
+  // As the streaks around metal make them: dense, with nothing beside them that says what is
+  // inside.
+  const Vector3 centre = Vector3::Constant(0.2 * mm);
+  const Stock speck(
+      cubes_over(Vector3::Constant(-2 * mm), Vector3::Constant(2 * mm), 0.4 * mm),
+      [&](const Vector3& p) { return BoneSample{(p - centre).norm(), {1900.0, 1.0}}; });
+  ASSERT_GT(speck.occupancy(5, 5, 5), 0.25);
+  ASSERT_LT(speck.occupancy(5, 5, 5), 0.75);
+  EXPECT_EQ(cortical_thickness(speck).places, 0u);
+}
+
 /// A share of a step seen by a scanner whose point spread has this standard deviation.
 double blurred(double distance, double sigma) {
   return 0.5 * (1.0 + std::erf(distance / (std::sqrt(2.0) * sigma)));
