@@ -33,14 +33,17 @@ const char* name(Cause cause);
 
 /// What the supervisor allows. Its limits are its own: they do not come from the controller.
 struct SupervisorLimits {
-  double force = 150.0;          ///< N
-  double torque = 2.0;           ///< N m
-  double force_rate = 1.5e4;     ///< N/s
-  double breakage_force = 5.0;   ///< N; below it no line of the spectrum means anything
-  int breakage_periods = 3;      ///< in a row
-  double stall_feed = 0.05e-3;   ///< slower than this is no motion, m/s
-  double stall_time = 0.5;       ///< s
-  double temperature = 320.15;   ///< K: 47 °C, [sugita2009] and the threshold of bone
+  double force = 150.0;         ///< N
+  double torque = 2.0;          ///< N m
+  double force_rate = 1.5e4;    ///< N/s
+  double breakage_force = 5.0;  ///< N; below it no line of the spectrum means anything
+  int breakage_periods = 3;     ///< in a row
+  double stall_feed = 0.05e-3;  ///< slower than this is no motion, m/s
+  double stall_time = 0.5;      ///< s
+  /// Of the hottest bone, K. The 47 °C of [eriksson1983] are for a minute and the surface of a cut
+  /// is hotter for moments; by the dose of [sapareto1984] bone is damaged within a period of 10 ms
+  /// from 60 °C on. Ours: what is hotter than 70 °C cannot be a moment's matter.
+  double temperature = 343.15;
   double no_go_margin = 0.5e-3;  ///< m
   double highest_feed = 12e-3;   ///< m/s
   double highest_rapid = 12e-3;  ///< in moves through air at the machine's own speed, m/s

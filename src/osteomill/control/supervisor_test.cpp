@@ -63,7 +63,7 @@ std::vector<Injection> injections() {
       {Cause::force_rate, [](In& in) { in.mean_force += 160.0, in.peak_force = 149.0; }, 1},
       {Cause::tool_breakage, [](In& in) { in.tooth_line = 1.0, in.revolution_line = 9.0; }, 3},
       {Cause::stall, [](In& in) { in.feed = 0.0; }, 52},
-      {Cause::temperature, [](In& in) { in.temperature = 321.0; }, 1},
+      {Cause::temperature, [](In& in) { in.temperature = 343.2; }, 1},
       {Cause::no_go, [](In& in) { in.no_go_distance = 0.4e-3; }, 1},
       {Cause::no_go, [](In& in) { in.no_go_distance = kNan; }, 1},
       {Cause::command_range, [](In& in) { in.command = 12.1e-3; }, 1},

@@ -55,13 +55,7 @@ void bind_variants(Section& section, ControlCase& to) {
   });
 }
 
-/// Default of a case, K. The 47 °C of [eriksson1983] are for a minute and the surface of a cut is
-/// hotter for moments; by the dose of [sapareto1984] bone is damaged within a period of 10 ms from
-/// 60 °C on. Ours: what is hotter than 70 °C cannot be a moment's matter.
-constexpr double kHottest = 343.15;
-
 void bind_supervisor(Section& section, control::SupervisorLimits& limits) {
-  limits.temperature = kHottest;
   section.table("supervisor", "limits that stop the machine", Need::optional, [&](Section& s) {
     s.number("force_n", limits.force, {1.0, "N"}, positive(), "largest sample", Need::optional);
     s.number("torque_nmm", limits.torque, {units::n_mm, "N mm"}, positive(), "largest mean torque",

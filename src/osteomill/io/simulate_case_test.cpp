@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "osteomill/base/error.hpp"
@@ -156,6 +157,18 @@ TEST(SimulateCase, TheLiteralSumLimitCyclesInTheTibia) {
     high = std::max(high, step.command);
   }
   EXPECT_GT(high - low, 2e-3);
+}
+
+TEST(SimulateCase, CellsOfHeatThatAreWiderThanTheHotLayerAreSaid) {
+  const auto said = [](const char* spacing) {
+    const auto runs = run_file(OSTEOMILL_SOURCE_DIR "/examples/leaning_ball.toml",
+                               {spacing, "stock.spacing_mm=0.5"});
+    return std::any_of(runs[0].warnings.begin(), runs[0].warnings.end(), [](const auto& warning) {
+      return warning.find("heat.spacing_mm = 0.5 or less") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(said("heat.spacing_mm=1"));
+  EXPECT_FALSE(said("heat.spacing_mm=0.5"));
 }
 
 TEST(SimulateCase, StopsWhereItIsAndKeepsWhatIsDone) {

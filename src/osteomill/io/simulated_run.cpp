@@ -21,6 +21,9 @@
 namespace osteomill::io {
 namespace {
 
+/// m: root of the diffusivity of cortical bone (thermal::kCorticalBone) times a second.
+constexpr double kHotLayer = 0.5e-3;
+
 using geometry::Vector3;
 
 constexpr numerics::SecondOrderLag kVeryFastServo{5000.0, 1.0};  // as good as an ideal one
@@ -244,6 +247,13 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
         "between "
         "cancellous and cortical bone are assumed; rubbing counts apart where the law has an edge "
         "force");
+    if (input.heat->spacing > kHotLayer)
+      run.warnings.push_back(fmt::format(
+          "heat: cells of {:g} mm are wider than the layer that is hot in the first second, about "
+          "{:g} mm: the hottest bone and the depth of necrosis come out low; give heat.spacing_mm "
+          "= "
+          "{:g} or less",
+          input.heat->spacing / units::mm, kHotLayer / units::mm, kHotLayer / units::mm));
   }
   mill(workpiece, &workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {

@@ -110,7 +110,7 @@ TEST(SupervisedPlant, FaultsOfBoneAndMachineStopItAndItNeverStartsAgain) {
   Machine machine(200);
   SupervisedOptions how = options();
   how.disturb = [](control::SupervisorInput& input) {
-    if (input.clock > 3.5 * kPeriod && input.clock < 4.5 * kPeriod) input.temperature = 330.0;
+    if (input.clock > 3.5 * kPeriod && input.clock < 4.5 * kPeriod) input.temperature = 350.0;
   };
   int told = 0;
   how.on_event = [&](const control::LoopEvent& event) {
