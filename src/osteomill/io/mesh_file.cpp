@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 // A bone or a piece of one that is milled, and a whole body.
 constexpr double kSmallest = 3.0 * units::mm;
 constexpr double kLargest = 2.5;
+constexpr double kSmallBone =
+    15.0 * units::mm;  // a smaller one in mm may well be ten times as large
 
 double metres(LengthUnit unit) {
   switch (unit) {
@@ -172,6 +174,9 @@ MeshFile read_mesh(const fs::path& path, const MeshOptions& options) {
   file.unit = options.unit;
   file.unit_reason = "given";
   if (options.unit == LengthUnit::guess) {
+    if (size > kLargest && size * units::mm < kSmallBone)
+      throw InvalidInput({path.string(), fmt::format("{0:.4g} mm or {0:.4g} cm across", size),
+                          "could be either", "give the unit of its lengths"});
     // Millimetres are what nearly all programs write; metres where that would be a speck.
     file.unit = fits(LengthUnit::millimetre) ? LengthUnit::millimetre : LengthUnit::metre;
     file.unit_reason = fmt::format(

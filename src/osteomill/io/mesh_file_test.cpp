@@ -67,6 +67,12 @@ TEST(MeshFile, UnitsAreGuessedFromTheSizeOrGiven) {
   EXPECT_NEAR(geometry::volume(read_mesh(scratch("large.obj"), centimetres).mesh),
               12000.0 * units::mm3, 1e-10);
   EXPECT_THROW(read_mesh(scratch("speck.obj")), InvalidInput);
+  try {
+    read_mesh(scratch("large.obj"));
+    ADD_FAILURE() << "4 mm is a small bone, 4 cm is a bone";
+  } catch (const InvalidInput& fault) {
+    EXPECT_THAT(fault.what(), testing::HasSubstr("4 mm or 4 cm across"));
+  }
 }
 
 TEST(MeshFile, AnOpenSurfaceIsMendedOrRefusedAsASolid) {
