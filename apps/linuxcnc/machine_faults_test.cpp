@@ -62,8 +62,8 @@ std::vector<Injected> faults(const MachineProcess& process) {
          other.join();
          operate(process, "c.auto(linuxcnc.AUTO_RESUME)");
        }},
-      {Cause::temperature, "50 degrees Celsius", true,
-       [](Session& s) { disturb(s, [](auto& seen) { seen.temperature = 323.15; }); }},
+      {Cause::temperature, "75 degrees Celsius", true,
+       [](Session& s) { disturb(s, [](auto& seen) { seen.temperature = 348.15; }); }},
       {Cause::no_go, "0.2 mm from the no-go region", true,
        [](Session& s) { disturb(s, [](auto& seen) { seen.no_go_distance = 0.2e-3; }); }},
       {Cause::command_range, "the controller asks for 20 mm/s", true,
@@ -183,7 +183,7 @@ std::vector<Switch> switches() {
        }},
       {{Cause::stall}, [](Session& s) { disturbed(s, [](auto& seen) { seen.feed = 0.0; }); }},
       {{Cause::temperature},
-       [](Session& s) { disturbed(s, [](auto& seen) { seen.temperature = 323.15; }); }},
+       [](Session& s) { disturbed(s, [](auto& seen) { seen.temperature = 348.15; }); }},
       {{Cause::no_go},
        [](Session& s) { disturbed(s, [](auto& seen) { seen.no_go_distance = 0.2e-3; }); }},
       {{Cause::command_range}, [](Session& s) { s.cut(20e-3, 2); }},

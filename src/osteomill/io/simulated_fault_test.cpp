@@ -41,7 +41,7 @@ std::vector<Fault> faults() {
          in.mean_force = 12.0 + in.clock, in.tooth_line = 1.0, in.revolution_line = 9.0;
        }},
       {Cause::stall, [](In& in) { in.feed = 0.0; }},
-      {Cause::temperature, [](In& in) { in.temperature = 321.0; }},
+      {Cause::temperature, [](In& in) { in.temperature = 343.2; }},
       {Cause::no_go, [](In& in) { in.no_go_distance = 0.4e-3; }},
       {Cause::command_range, [](In& in) { in.command = 20e-3; }},
       {Cause::command_range, [nan](In& in) { in.command = nan; }},
