@@ -20,9 +20,11 @@ struct Condition {
       0.0;  ///< of the feed above the plane normal to the axis, rad; < 0 plunges
   geometry::Vector3 fibre_T = geometry::Vector3::UnitX();  ///< unit vector along the bone's fibres
   ToothPath path = ToothPath::circular;
-  /// Turn of the tool's axis for the way of its tip, in T, rad/m: a point at p moves by
-  /// feed + turn × p for a unit of that way. Where the stock says what is cut (EngagedForce) only.
+  /// Turn of the tool for a unit of the feed's way, in T, rad/m, and the height above the tip, m,
+  /// of the place c on the axis that the feed is of: a point at p moves by feed + turn × (p - c).
+  /// Where the stock says what is cut (EngagedForce) only.
   geometry::Vector3 turn_T = geometry::Vector3::Zero();
+  double turn_height = 0.0;
 };
 
 /// Fibres in the plane normal to the tool axis, at an angle from the feed towards +y, rad.

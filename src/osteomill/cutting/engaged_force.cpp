@@ -114,7 +114,7 @@ Load EngagedForce::mean(const Engagement& engagement, const Condition& condition
       double into = sin_kappa * (sine * feed.x() + cosine * feed.y()) - cos_kappa * feed.z();
       if (turns) {
         const Vector3 n(sin_kappa * sine, sin_kappa * cosine, -cos_kappa);
-        const Vector3 p(row.radius * sine, row.radius * cosine, row.z);
+        const Vector3 p(row.radius * sine, row.radius * cosine, row.z - condition.turn_height);
         into += n.dot(condition.turn_T.cross(p));
       }
       for (int flute = 0; flute < different; ++flute) {
@@ -150,7 +150,8 @@ std::vector<EngagedForce::PatchWork> EngagedForce::work(const Engagement& engage
       const Vector3 n = outward_normal(theta, strip.point.kappa);
       const Vector3 place(strip.point.radius * std::sin(theta),
                           strip.point.radius * std::cos(theta), strip.point.z);
-      const double into = std::max(0.0, n.dot(feed + condition.turn_T.cross(place)));
+      const Vector3 arm = place - condition.turn_height * Vector3::UnitZ();
+      const double into = std::max(0.0, n.dot(feed + condition.turn_T.cross(arm)));
       const std::size_t at =
           static_cast<std::size_t>(strip.slice) * static_cast<std::size_t>(angles_) +
           static_cast<std::size_t>(angle);
@@ -207,7 +208,8 @@ Revolution EngagedForce::revolution(const Engagement& engagement, const Conditio
         const Vector3 n(here.sin_kappa * sine, here.sin_kappa * cosine, -here.cos_kappa);
         double into = n.dot(feed);
         if (turns) {
-          const Vector3 at(here.point.radius * sine, here.point.radius * cosine, here.point.z);
+          const Vector3 at(here.point.radius * sine, here.point.radius * cosine,
+                           here.point.z - condition.turn_height);
           into += n.dot(condition.turn_T.cross(at));
         }
         const double h =

@@ -197,15 +197,17 @@ cutting::Condition StockWorkpiece::condition_of(const Motion& motion, const Plac
                                                 double feed) const {
   cutting::Condition condition;
   condition.spindle_speed = motion.spindle_speed;
+  const workpiece::Remover::Motion moved = remover_.motion();
   condition.feed_per_tooth =
-      cutting::feed_per_tooth(feed, motion.spindle_speed, job_.cutter.flutes);
-  condition.feed_elevation = std::asin(std::clamp(place.direction_W.dot(place.axis_W), -1.0, 1.0));
+      cutting::feed_per_tooth(moved.share * feed, motion.spindle_speed, job_.cutter.flutes);
+  condition.feed_elevation = moved.elevation;
   // That of the place where the cutter is in bone, half way up what it can cut in a step.
   const Vector3 fibre_W = job_.fibre_at
                               ? job_.fibre_at(place.tip_W + 0.5 * job_.cutter.radius * place.axis_W)
                               : job_.fibre_W;
   condition.fibre_T = remover_.R_WT().transpose() * fibre_W;
-  condition.turn_T = remover_.turn_T();
+  condition.turn_T = moved.turn_T;
+  condition.turn_height = moved.height;
   return condition;
 }
 

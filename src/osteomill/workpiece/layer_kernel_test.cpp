@@ -265,6 +265,40 @@ TEST(LayerKernel, TheLineHoldsAllThatWasTaken) {
   }
 }
 
+TEST(LayerKernel, ThePlaneHoldsAllThatWasTaken) {
+  // Rates along a row on both sides of none, among them such that rounding makes none of.
+  const double turn = 0.3;
+  for (const double rate : {0.9, 0.1, 1e-9, 1e-12, 1e-17, 0.0, -1e-17, -1e-12, -1e-9, -0.1, -0.9}) {
+    const geometry::Vector3 axes[] = {{std::cos(turn), std::sin(turn), 0.0},
+                                      {rate, 0.0, std::sqrt(1.0 - rate * rate)}};
+    const kernel::Run run{7, 3, 16, 0};
+    std::vector<float> amounts(static_cast<std::size_t>(lanes_of(run)), 2.0f);
+    float of_run = 0.0f;
+    std::uint32_t units = 1;
+    FourShadows four[2];
+    Plane plane{};
+    for (int i = 0; i < 2; ++i) {
+      four[i].prepare(VoxelShadow(axes[i]), VoxelShadow::fixed(axes[i].x()));
+      plane.x_rate[i] = axes[i].x();
+      plane.y_rate[i] = axes[i].y();
+      plane.origin[i] = 40.0;
+      plane.four_shares[i] = four[i].table();
+      plane.first_cell[i] = four[i].first_cell();
+    }
+    plane.phase_bits = VoxelShadow::kPhaseBits;
+    plane.gain = 0.5f;
+    plane.rows = plane.stride = 80;
+    std::vector<float> cells(80 * 80, 0.0f);
+    plane.cells = cells.data();
+    const RowRange rows = best().share_plane(plane, &run, 1, {amounts.data(), &of_run, &units});
+    double sum = 0.0;
+    for (const float cell : cells) sum += static_cast<double>(cell);
+    // Single floats: 1e-7 each.
+    EXPECT_NEAR(sum, static_cast<double>(amounts.size()), 1e-5 * sum) << rate;
+    EXPECT_LE(rows.first, rows.last) << rate;
+  }
+}
+
 TEST(LayerKernel, FreshOccupancyIsThatOfTheDistanceToTheSweptDisk) {
   const double radius = 11.3, run = 4.2, hx = 0.6, hy = 0.8, from_x = 20.3, from_y = 19.7;
   std::vector<kernel::Run> runs;

@@ -313,7 +313,7 @@ TEST(PosedRemoval, GivesAPatchThatMovesSlowerItsThinnerChip) {
   const double turn = 0.3 * spacing / L;
   for (int k = 0; k < steps; ++k) {
     remover.step(at(turn * k), at(turn * (k + 1)));
-    condition.turn_T = remover.turn_T();
+    condition.turn_T = remover.motion().turn_T;
     force += model.mean(remover.engagement(), condition).force / steps;
     contact += model.edge_in_bone(remover.engagement()) / steps;
   }
@@ -327,7 +327,7 @@ TEST(PosedRemoval, GivesAPatchThatMovesSlowerItsThinnerChip) {
                                 {cutting::ImmersionKind::slot, 0.0, deep / n})
                  .force;
   }
-  EXPECT_NEAR(std::abs(remover.turn_T().y()), 1.0 / L, 1e-3 / L);
+  EXPECT_NEAR(std::abs(remover.motion().turn_T.y()), 1.0 / L, 1e-3 / L);
   EXPECT_LT((force - exact).norm(), 0.01 * exact.norm());
   // Two flutes, half of each turn in bone: the length of one edge.
   EXPECT_NEAR(contact / (cutter.flutes * 0.5 * deep), 1.0, 0.01);

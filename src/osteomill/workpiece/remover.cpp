@@ -65,15 +65,16 @@ struct NoMap {
 /// share it.
 class LevelMap {
  public:
-  LevelMap(ShadowMap& map, const Vector3& tip, FourShadows& four_shadows, std::vector<float>& line)
-      : map_(map), tip_(tip) {
+  LevelMap(ShadowMap& map, const Vector3& middle, FourShadows& four_shadows,
+           std::vector<float>& line)
+      : map_(map), middle_(middle) {
     const auto length = static_cast<std::size_t>(map.stride());
     line.resize(4 * length);
     const Vector3& across = map.y_T();
     const VoxelShadow& shadow = map.lateral_shadow();
     const bool along_x = std::abs(across.x()) < 1e-12;
     if (!along_x) four_shadows.prepare(shadow, VoxelShadow::fixed(across.x()));
-    line_ = {map.lateral_cell(-tip),
+    line_ = {map.lateral_cell(-middle),
              across.x(),
              across.y(),
              VoxelShadow::kPhaseBits,
@@ -87,7 +88,7 @@ class LevelMap {
   }
 
   void add(int z, const Gathered& layer) {
-    const double eta = map_.eta_cell(Vector3(0.0, 0.0, z - tip_.z()));
+    const double eta = map_.eta_cell(Vector3(0.0, 0.0, z - middle_.z()));
     // A millionth of a cell is rounding: the layer lies on the row.
     const int row = static_cast<int>(std::floor(eta + 1e-6));
     const double above = eta - row;
@@ -118,7 +119,7 @@ class LevelMap {
   }
 
   ShadowMap& map_;
-  Vector3 tip_;
+  Vector3 middle_;
   kernel::Line line_{};
   bool gathered_ = false, any_ = false;  ///< line_ holds a layer, which took something
 };
@@ -126,8 +127,8 @@ class LevelMap {
 /// Any feed: both coordinates are linear in x.
 class TiltedMap {
  public:
-  TiltedMap(ShadowMap& map, const Vector3& tip, FourShadows& lateral, FourShadows& eta)
-      : map_(map), tip_(tip) {
+  TiltedMap(ShadowMap& map, const Vector3& middle, FourShadows& lateral, FourShadows& eta)
+      : map_(map), middle_(middle) {
     const Vector3* const axes[] = {&map.y_T(), &map.eta()};
     FourShadows* const shadows[] = {&lateral, &eta};
     lateral.prepare(map.lateral_shadow(), VoxelShadow::fixed(map.y_T().x()));
@@ -146,7 +147,7 @@ class TiltedMap {
   }
 
   void add(int z, const Gathered& layer) {
-    const Vector3 start = Vector3(0.0, 0.0, z) - tip_;
+    const Vector3 start = Vector3(0.0, 0.0, z) - middle_;
     plane_.origin[0] = map_.lateral_cell(start);
     plane_.origin[1] = map_.eta_cell(start);
     const kernel::RowRange rows =
@@ -158,7 +159,7 @@ class TiltedMap {
 
  private:
   ShadowMap& map_;
-  Vector3 tip_;
+  Vector3 middle_;
   kernel::Plane plane_{};
 };
 
@@ -222,6 +223,11 @@ Eigen::Matrix3d Remover::R_WT() const {
   return axes;
 }
 
+Remover::Motion Remover::motion() const {
+  return {middle_share_, std::asin(std::clamp(map_.feed().dot(map_.z_T()), -1.0, 1.0)),
+          map_.turn_T() / stock_.spacing(), map_.middle_height() * stock_.spacing()};
+}
+
 Remover::Totals Remover::place(const ToolPose& pose) {
   Totals buried;
   if (is_upright(pose.axis_W)) {
@@ -238,17 +244,18 @@ Remover::Totals Remover::place(const ToolPose& pose) {
 }
 
 void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals& buried) {
-  const double length = (to.tip_W - from.tip_W).norm();
+  const Vector3 way = to.tip_W - from.tip_W + map_.middle_height() * (to.axis_W - from.axis_W);
+  const double length = way.norm();
   const double turn = angle_between(from.axis_W, to.axis_W);
-  if (length == 0.0) {
+  if (length == 0.0 || (turn > 0.0 && length < kSamePlace)) {
     if (turn == 0.0) return;
     pose_swath_.begin_step(from, to);
     carve(pose_swath_, NoMap{}, buried);
     return;
   }
   ShadowMap::Step step;
-  step.feed = (to.tip_W - from.tip_W) / length;
-  step.tip = from.tip_W;
+  step.feed = way / length;
+  step.middle = from.tip_W + map_.middle_height() * from.axis_W;
   step.axis = from.axis_W;
   step.turn = Vector3::Zero();
   if (turn > kLeastTurn * length) {
@@ -256,20 +263,21 @@ void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals
     step.turn = from.axis_W.cross(to.axis_W).normalized() * (turn / length);
   }
   step.length = length;
+  middle_share_ = length / (to.tip_W - from.tip_W).norm();
   // With one material the map is filled in units, otherwise in units × force scale.
   const double scale = stock_.palette_.size() == 1 ? stock_.palette_[0].force_scale : 1.0;
   step.unit = scale / Stock::kFull;
   map_.begin_step(step);
   if (!is_upright(from.axis_W) || !is_upright(to.axis_W)) {
     pose_swath_.begin_step(from, to);
-    carve(pose_swath_, TiltedMap(map_, from.tip_W, four_shadows_, four_eta_shadows_), cut);
+    carve(pose_swath_, TiltedMap(map_, step.middle, four_shadows_, four_eta_shadows_), cut);
     return;
   }
   swath_.begin_step(from.tip_W, to.tip_W);
   if (to.tip_W.z() == from.tip_W.z())
-    carve(swath_, LevelMap(map_, from.tip_W, four_shadows_, line_), cut);
+    carve(swath_, LevelMap(map_, step.middle, four_shadows_, line_), cut);
   else
-    carve(swath_, TiltedMap(map_, from.tip_W, four_shadows_, four_eta_shadows_), cut);
+    carve(swath_, TiltedMap(map_, step.middle, four_shadows_, four_eta_shadows_), cut);
 }
 
 Removal Remover::step(const ToolPose& from_W, const ToolPose& to_W) {

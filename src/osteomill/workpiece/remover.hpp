@@ -55,13 +55,20 @@ class Remover {
   const cutting::Engagement& engagement() { return map_.engagement(); }
   /// Axes of T in W at the last step, columns x (the feed across the axis), y, z (the axis).
   Eigen::Matrix3d R_WT() const;
-  /// Turn of the tool for the tip's way in the last step, in T, rad/m.
-  Vector3 turn_T() const { return map_.turn_T() / stock_.spacing(); }
+  /// How the tool moved in the last step: the feed is that of the tool's middle (see ShadowMap),
+  /// `share` of the tip's way, and the tool turned about it.
+  struct Motion {
+    double share = 1.0;
+    double elevation = 0.0;            ///< of the feed over the plane across the axis, rad
+    Vector3 turn_T = Vector3::Zero();  ///< for a unit of the middle's way, rad/m
+    double height = 0.0;               ///< of the middle above the tip, m
+  };
+  Motion motion() const;
 
   /// What steps change but for the stock; see base/archive.hpp.
   template <class Archive>
   void exchange(Archive& a) {
-    a(map_, placed_, pose_);
+    a(map_, placed_, pose_, middle_share_);
   }
 
  private:
@@ -89,6 +96,7 @@ class Remover {
   std::vector<double> densities_, force_scales_;  // of the stock's palette
   bool placed_ = false;
   ToolPose pose_;  // where the last step ended, voxels
+  double middle_share_ = 1.0;
   // Of the layer that is carved, see kernel::Amounts.
   std::vector<float> voxel_amounts_, run_amounts_;
   std::vector<std::uint32_t> run_units_;

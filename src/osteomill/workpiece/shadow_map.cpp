@@ -15,9 +15,8 @@ namespace osteomill::workpiece {
 namespace {
 
 const double kTurnThatEmpties = std::cos(20.0 * units::deg);
-// A pitch that changes by less leaves coverage and stencil as they are: 0.02 of a radius is less
-// than half a cell for cutters up to 25 voxels in radius.
-constexpr double kPitchTolerance = 0.02;
+// A pitch that moves the front by less leaves coverage and stencil as they are, in cells.
+constexpr double kPitchTolerance = 0.25;
 constexpr float kForgotten =
     1e-6f;  // of a full cell: far below the noise of sampling, no denormals
 
@@ -28,7 +27,7 @@ constexpr double kLeastShare = 0.05;
 // Columns beside the cutter's: the voxels of a window (FourShadows) that have nothing.
 constexpr int kWindow = 4;
 
-constexpr double kShadowTurn = 1e-3;  // of the feed, that leaves the shadows as they are
+constexpr double kShadowTurn = 1e-3;  // of the axes, that leaves the shadows as they are
 
 bool along_an_axis(const Vector3& direction) {
   return direction.cwiseAbs().maxCoeff() > 1.0 - 1e-12;
@@ -70,6 +69,7 @@ ShadowMap::ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchG
       meridian_(cutter_),
       patches_(patches),
       memory_(memory),
+      middle_height_(meridian_.is_ball() ? cutter_.radius : 0.0),
       slice_height_(patches.slice_height / spacing) {
   require_within("engagement.slices", patches.slices, 1, 4096, "");
   require_within("engagement.angles", patches.angles, 4, 4096, "");
@@ -115,13 +115,14 @@ void ShadowMap::begin_step(const Step& step) {
   turn_T_ = Vector3(step.turn.dot(x_T_), step.turn.dot(y_T_), step.turn.dot(z_T_));
   if (turned) clear();
   feed_ = feed;
-  if ((feed - shadow_feed_).norm() > kShadowTurn) {
+  if ((y_T_ - shadow_y_).norm() > kShadowTurn || (eta_ - shadow_eta_).norm() > kShadowTurn) {
     lateral_shadow_ = VoxelShadow(y_T_);
     eta_shadow_ = VoxelShadow(eta_);
-    shadow_feed_ = feed;
+    shadow_y_ = y_T_;
+    shadow_eta_ = eta_;
   }
-  if (turned || !laid_out_ || std::abs(sin_pitch - sin_pitch_) > kPitchTolerance)
-    lay_out(sin_pitch, cos_pitch, step.tip);
+  if (turned || !laid_out_ || std::abs(sin_pitch - sin_pitch_) * cutter_.radius > kPitchTolerance)
+    lay_out(sin_pitch, cos_pitch, step.middle - middle_height_ * z_T_);
 
   const double keep = memory_ > 0.0 ? std::exp(-length / memory_) : 0.0;
   gain_ = static_cast<float>(step.unit * (1.0 - keep) / length);
@@ -151,11 +152,31 @@ void ShadowMap::lay_out(double sin_pitch, double cos_pitch, const Vector3& tip) 
   // lie on cells.
   const Vector3 to_lattice = tip.array().round().matrix() - tip;
   const double low = -cutter_.radius * std::abs(sin_pitch);
-  lateral_origin_ = y_T_.dot(to_lattice) - (columns_ - 1) / 2;
-  eta_origin_ = eta_.dot(to_lattice) + std::floor(low) - 2.0;
+  const double middle = middle_height_ * cos_pitch;
+  const double lateral = y_T_.dot(to_lattice) - (columns_ - 1) / 2;
+  const double eta = eta_.dot(to_lattice) + std::floor(low) - 2.0 - middle;
+  // What the cells hold goes along by whole cells.
+  const int right = laid_out_ ? static_cast<int>(std::lround(lateral_origin_ - lateral)) : 0;
+  const int up = laid_out_ ? static_cast<int>(std::lround(eta_origin_ - eta)) : 0;
+  lateral_origin_ = laid_out_ && !along_an_axis(y_T_) ? lateral_origin_ - right : lateral;
+  eta_origin_ = laid_out_ && !along_an_axis(eta_) ? eta_origin_ - up : eta;
+  move_cells(right, up);
   compute_coverage();
   compute_stencil();
   laid_out_ = true;
+}
+
+void ShadowMap::move_cells(int right, int up) {
+  if ((right == 0 && up == 0) || last_row_ < first_row_) return;
+  const std::vector<float> before = std::exchange(cells_, std::vector<float>(cells_.size(), 0.0f));
+  const int first = std::max(0, first_row_ + up), last = std::min(rows_ - 1, last_row_ + up);
+  for (int at = first; at <= last; ++at) {
+    const float* from = before.data() + static_cast<std::ptrdiff_t>(at - up) * stride_;
+    const int begin = std::max(0, right), end = stride_ + std::min(0, right);
+    std::copy(from + begin - right, from + end - right, row(at) + begin);
+  }
+  first_row_ = first <= last ? first : rows_;
+  last_row_ = first <= last ? last : -1;
 }
 
 void ShadowMap::compute_coverage() {
@@ -164,7 +185,8 @@ void ShadowMap::compute_coverage() {
   const double far = 4.0 * (cutter_.radius + cutter_.cutting_length);
   const Vector3 direction(cos_pitch_, 0.0, -sin_pitch_);  // in the tool frame
   const Vector3 eta(sin_pitch_, 0.0, cos_pitch_);
-  const SweptTool swept(meridian_, -far * direction, far * direction);
+  const Vector3 tip = -middle_height_ * Vector3::UnitZ();
+  const SweptTool swept(meridian_, tip - far * direction, tip + far * direction);
   const std::vector<Phase> lateral_phases = phases(lateral_shadow_, y_T_);
   const std::vector<Phase> eta_phases = phases(eta_shadow_, eta_);
   // A cell that all its voxels leave or fill needs no sum.
@@ -193,19 +215,24 @@ void ShadowMap::compute_stencil() {
     return std::clamp(static_cast<int>(std::ceil(2.0 * extent)), 1, 16);
   };
   const double angle_step = 2.0 * std::numbers::pi / patches_.angles;
-  const int per_slice = samples_over(slice_height_);
   const int per_angle = samples_over(cutter_.radius * angle_step);
-  const double share = 1.0 / (per_slice * per_angle);
   pieces_.clear();
   patch_start_.assign(1, 0);
   fronts_.clear();
+  arms_.assign(engagement_.weights.size(), Vector3::Zero());
   std::fill(engagement_.weights.begin(), engagement_.weights.end(), 0.0);
   std::vector<std::pair<int, float>> patch;  // cells and weights
   for (int slice = 0; slice < patches_.slices; ++slice) {
     Front used{rows_, -1, 0, 0};
+    // Next to the tip of a ball a slice is much longer than it is high.
+    const double low = slice * slice_height_, high = low + slice_height_;
+    const int per_slice = samples_over(std::hypot(
+        slice_height_, cutting::radius_at(cutter_, high) - cutting::radius_at(cutter_, low)));
+    const double share = 1.0 / (per_slice * per_angle);
     for (int angle = 0; angle < patches_.angles; ++angle) {
       patch.clear();
-      double front = 0.0, covered = 0.0;
+      double front = 0.0, covered = 0.0, swept = 0.0;
+      Vector3 arm = Vector3::Zero();
       for (int i = 0; i < per_slice; ++i) {
         const double z = (slice + (i + 0.5) / per_slice) * slice_height_;
         const double r = cutting::radius_at(cutter_, z);
@@ -216,8 +243,13 @@ void ShadowMap::compute_stencil() {
               std::sin(kappa) * std::sin(theta) * cos_pitch_ + std::cos(kappa) * sin_pitch_;
           if (facing <= 1e-12) continue;
           front += share;
+          swept += facing;
+          const Vector3 n(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
+                          -std::cos(kappa));
+          arm += Vector3(r * std::sin(theta), r * std::cos(theta), z - middle_height_).cross(n);
           const double a = r * std::cos(theta) - lateral_origin_;
-          const double b = r * std::sin(theta) * sin_pitch_ + z * cos_pitch_ - eta_origin_;
+          const double b =
+              r * std::sin(theta) * sin_pitch_ + (z - middle_height_) * cos_pitch_ - eta_origin_;
           const int column = std::clamp(static_cast<int>(std::floor(a)), 0, columns_ - 2);
           const int at = std::clamp(static_cast<int>(std::floor(b)), 0, rows_ - 2);
           for (int corner = 0; corner < 4; ++corner) {
@@ -237,6 +269,7 @@ void ShadowMap::compute_stencil() {
         }
       }
       if (covered > 0.0) {
+        arms_[patch_of(slice, angle)] = arm / swept;
         for (auto& [cell, weight] : patch) {
           weight *= static_cast<float>(front / covered);
           used.first_row = std::min(used.first_row, cell / stride_);
@@ -263,19 +296,6 @@ void ShadowMap::add_pieces(std::vector<std::pair<int, float>>& cells) {
     }
     pieces_.back().weights[cell - pieces_.back().cell] = weight;
   }
-}
-
-/// What a patch sweeps over what it would sweep if the tool did not turn.
-double ShadowMap::sweep_share(int slice, int angle) const {
-  const double z = (slice + 0.5) * slice_height_;
-  const double theta = (angle + 0.5) * 2.0 * std::numbers::pi / patches_.angles;
-  const double kappa = cutting::axial_position_angle(cutter_, z);
-  const double r = cutting::radius_at(cutter_, z);
-  const Vector3 n(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
-                  -std::cos(kappa));
-  const Vector3 p(r * std::sin(theta), r * std::cos(theta), z);
-  const double straight = n.x() * cos_pitch_ - n.z() * sin_pitch_;
-  return straight > 0.0 ? 1.0 + n.dot(turn_T_.cross(p)) / straight : 0.0;
 }
 
 const cutting::Engagement& ShadowMap::engagement() {
@@ -306,7 +326,7 @@ const cutting::Engagement& ShadowMap::engagement() {
     for (int angle = 0; angle < patches_.angles; ++angle) {
       double& weight = engagement_.at(slice, angle);
       if (weight == 0.0) continue;
-      const double share = sweep_share(slice, angle);
+      const double share = 1.0 + turn_T_.dot(arms_[patch_of(slice, angle)]);
       weight = share > kLeastShare ? weight / share : 0.0;
     }
   return engagement_;

@@ -35,9 +35,10 @@ PatchGrid patches_for(const cutting::Cutter& cutter, double spacing);
 ///
 /// All lengths here are in voxels. Cells are one voxel wide; the plane's axes are y_T, lateral, and
 /// eta = x_T sin a + z_T cos a, where the feed points by the angle a towards the tip from across
-/// the tool's axis z_T; its origin moves with the tip. Each removed voxel is shared between its
-/// neighbouring cells as its shadow is (VoxelShadow); cells sit on the layers of voxels where the
-/// feed is along them. So the profile is blurred by about a voxel, also across its rim; what a
+/// the tool's axis z_T; its origin moves with the tool's middle: the centre of a
+/// ball, whose turn then changes nothing, the tip otherwise. Each removed voxel is shared between
+/// its neighbouring cells as its shadow is (VoxelShadow); cells sit on the layers of voxels where
+/// the feed is along them. So the profile is blurred by about a voxel, also across its rim; what a
 /// fully engaged cutter would give is blurred in the same way
 /// (`coverage`) and the engagement is the ratio of the two. Nothing is clamped: single weights may
 /// pass 1 by the sampling noise.
@@ -46,21 +47,21 @@ PatchGrid patches_for(const cutting::Cutter& cutter, double spacing);
 /// meet voxels one at a time. What it delivers is therefore late by that length; its integral over
 /// the path is not changed.
 ///
-/// Where the tool turns while it moves, a patch at p moves by f + turn × p for a unit of the tip's
-/// way and sweeps that share more or less: its weight is divided by n·(f + turn × p) / n·f, so that
-/// it is the share of the patch in contact there too. Patches that the turn moves out of the bone
-/// get none.
+/// Where the tool turns while it moves, a patch at p from the middle moves by f + turn × p for a
+/// unit of the middle's way and sweeps that share more or less: its weight is divided by n·(f +
+/// turn × p) / n·f, so that it is the share of the patch in contact there too. Patches that the
+/// turn moves out of the bone get none.
 class ShadowMap {
  public:
   ShadowMap(const cutting::Cutter& cutter, double spacing, const PatchGrid& patches, double memory);
 
   /// How a step goes, in voxels.
   struct Step {
-    Vector3 feed;         ///< unit vector
-    Vector3 tip;          ///< at its start
+    Vector3 feed;         ///< of the middle, unit vector
+    Vector3 middle;       ///< at its start
     Vector3 axis;         ///< of the tool, unit
-    Vector3 turn;         ///< of the tool for a unit of the tip's way, rad
-    double length = 0.0;  ///< of the tip's way
+    Vector3 turn;         ///< of the tool for a unit of the middle's way, rad
+    double length = 0.0;  ///< of the middle's way
     double unit = 0.0;    ///< the volume that the step counts in
   };
   /// Turns the map to the step's feed and lets it forget. A turn of the feed by more than 20°
@@ -73,11 +74,14 @@ class ShadowMap {
   const Vector3& x_T() const { return x_T_; }
   const Vector3& y_T() const { return y_T_; }
   const Vector3& z_T() const { return z_T_; }
-  /// Of the tool for a unit of the tip's way, in the tool frame, rad per voxel.
+  /// Of the tool for a unit of the middle's way, in the tool frame, rad per voxel.
   const Vector3& turn_T() const { return turn_T_; }
   const Vector3& eta() const { return eta_; }
+  const Vector3& feed() const { return feed_; }
 
-  /// Cell coordinates of a point relative to the tip.
+  /// Height of the middle above the tip.
+  double middle_height() const { return middle_height_; }
+  /// Cell coordinates of a point relative to the middle.
   double lateral_cell(const Vector3& p) const { return y_T_.dot(p) - lateral_origin_; }
   double eta_cell(const Vector3& p) const { return eta_.dot(p) - eta_origin_; }
   /// How a voxel is shared along the two axes.
@@ -102,19 +106,25 @@ class ShadowMap {
   void exchange(Archive& a) {
     a(columns_, rows_, stride_, cells_, coverage_, first_row_, last_row_, laid_out_, feed_, x_T_,
       y_T_, z_T_, turn_T_, eta_, sin_pitch_, cos_pitch_, lateral_origin_, eta_origin_,
-      lateral_shadow_, eta_shadow_, shadow_feed_, gain_, patch_start_, pieces_, fronts_);
+      lateral_shadow_, eta_shadow_, shadow_y_, shadow_eta_, gain_, patch_start_, pieces_, fronts_,
+      arms_);
   }
 
  private:
   void lay_out(double sin_pitch, double cos_pitch, const Vector3& tip);
+  void move_cells(int right, int up);
   void compute_coverage();
   void compute_stencil();
-  double sweep_share(int slice, int angle) const;
+  std::size_t patch_of(int slice, int angle) const {
+    return static_cast<std::size_t>(slice) * static_cast<std::size_t>(patches_.angles) +
+           static_cast<std::size_t>(angle);
+  }
 
   cutting::Cutter cutter_;  // in voxels
   Meridian meridian_;       // in voxels
   PatchGrid patches_;
   double memory_;
+  double middle_height_;
   double slice_height_;  // in voxels
   int columns_ = 0, rows_ = 0, stride_ = 0;
   std::vector<float> cells_, coverage_;
@@ -127,7 +137,8 @@ class ShadowMap {
   double sin_pitch_ = 0.0, cos_pitch_ = 1.0;  // of the layout; pitch > 0 down
   double lateral_origin_ = 0.0, eta_origin_ = 0.0;
   VoxelShadow lateral_shadow_, eta_shadow_;
-  Vector3 shadow_feed_ = Vector3::Zero();  // that the shadows were worked out for
+  // What the shadows were worked out for.
+  Vector3 shadow_y_ = Vector3::Zero(), shadow_eta_ = Vector3::Zero();
   float gain_ = 0.0f;
 
   /// Of a patch's weights: four cells side by side.
@@ -144,6 +155,9 @@ class ShadowMap {
     std::size_t first_patch, end_patch;
   };
   std::vector<Front> fronts_;
+  /// Of a patch: what it sweeps is 1 + turn · arm of what it would without the turn; the sum of
+  /// p × n over its front divided by that of n · feed.
+  std::vector<Vector3> arms_;
   cutting::Engagement engagement_;
 };
 
