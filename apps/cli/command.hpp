@@ -42,7 +42,7 @@ void print_table(const std::vector<std::vector<std::string>>& rows);
 /// The same rows as comma-separated values.
 void print_csv(const std::vector<std::vector<std::string>>& rows);
 
-/// A warning, to standard error.
+/// A warning, to standard error. The same one is said once: runs of one bone share theirs.
 void warn(const std::string& text);
 
 /// Progress to standard error: a bar with the time left on a terminal, a line every tenth

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <set>
 
 #include "command.hpp"
 
@@ -111,7 +112,10 @@ Progress console_progress() {
 
 bool interrupted() { return stop_asked; }
 
-void warn(const std::string& text) { fmt::print(stderr, "warning: {}\n", text); }
+void warn(const std::string& text) {
+  static std::set<std::string> said;
+  if (said.insert(text).second) fmt::print(stderr, "warning: {}\n", text);
+}
 
 void print_json(const nlohmann::ordered_json& document) {
   refuse_not_finite(document);

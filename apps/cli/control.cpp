@@ -99,6 +99,7 @@ void warn_of_time() {
 
 io::RunOptions options_of(const Arguments& arguments, Around& around) {
   io::RunOptions options;
+  options.warn = warn;
   options.clock = now;
   options.real_time = arguments.paced || arguments.plant == "linuxcnc";
   if (options.real_time) around.view = std::make_unique<LiveView>();

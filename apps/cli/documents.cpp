@@ -105,12 +105,9 @@ void show_runs(const CaseArguments& arguments, const std::string& command,
                const std::function<Shown(const io::CaseRun&)>& solve) {
   const auto begin = std::chrono::steady_clock::now();
   std::vector<NamedRun> runs;
-  std::set<std::string> said;  // runs of one bone have the same warnings
   for (const io::CaseRun& one : io::read_case(arguments.case_file, arguments.overrides)) {
     runs.push_back({one.name, solve(one)});
-    for (const std::string& warning : runs.back().shown.warnings) {
-      if (said.insert(warning).second) warn(warning);
-    }
+    for (const std::string& warning : runs.back().shown.warnings) warn(warning);
   }
   const double wall_time =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <set>
 
 #include "command.hpp"
 #include "osteomill/base/units.hpp"
@@ -94,6 +93,7 @@ struct KeepArguments {
 
 io::RunOptions options_of(const KeepArguments& keep) {
   io::RunOptions options;
+  options.warn = warn;
   if (keep.folder.empty()) {
     if (keep.resume)
       throw InvalidInput(Fault{"--resume", "without --checkpoint", "needs the folder to go on from",
@@ -144,12 +144,8 @@ void run(const CaseArguments& arguments, const KeepArguments& keep) {
 
 void print_runs(Format format, const std::vector<io::SimulatedRun>& runs,
                 const nlohmann::ordered_json& document, const std::vector<std::string>& more) {
-  std::set<std::string> said;  // runs of one bone have the same warnings
-  for (const io::SimulatedRun& run : runs) {
-    for (const std::string& warning : run.warnings) {
-      if (said.insert(warning).second) warn(warning);
-    }
-  }
+  for (const io::SimulatedRun& run : runs)
+    for (const std::string& warning : run.warnings) warn(warning);
   switch (format) {
     case Format::json:
       print_json(document);

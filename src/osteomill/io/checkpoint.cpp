@@ -13,6 +13,9 @@
 namespace osteomill::io {
 namespace {
 
+/// The number is another one when what lies in memory is.
+constexpr std::string_view kForm = "osteomill checkpoint 2\n";
+
 /// Fowler, Noll and Vo's hash, for what got lost on the way, not against anybody.
 std::uint64_t hash_of(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;
@@ -35,15 +38,15 @@ CheckpointedPlant::CheckpointedPlant(control::Plant& inner, simulate::Milling& m
       workpiece_(workpiece),
       options_(options),
       file_(options.folder / (name + ".checkpoint")),
-      head_(fmt::format("osteomill checkpoint 1\n{}\ncase {:016x}, bone {}\n", options.program,
-                        hash_of(identity), workpiece.stock().initial_units())) {
+      head_(fmt::format("{}{}\ncase {:016x}, bone {}\n", kForm, options.program, hash_of(identity),
+                        workpiece.stock().initial_units())) {
   if (options_.resume && std::filesystem::exists(file_)) load();
   saved_at_ = options_.clock();
 }
 
 void CheckpointedPlant::load() {
   const std::string text = read_text_file(file_);
-  if (!text.starts_with("osteomill checkpoint 1\n")) refuse(file_, "no checkpoint");
+  if (!text.starts_with(kForm.substr(0, kForm.find_last_of(' ')))) refuse(file_, "no checkpoint");
   if (!text.starts_with(head_)) {
     // The first three lines, to be compared by eye.
     std::size_t end = 0;

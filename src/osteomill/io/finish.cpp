@@ -304,17 +304,27 @@ LinePlot finish_profiles(const Finish& finish, const std::string& title) {
   return plot;
 }
 
+namespace {
+
+/// With its sign, but for what rounds to nothing.
+std::string with_sign(double value, int decimals) {
+  const double shown = std::abs(value) < 0.5 * std::pow(10.0, -decimals) ? 0.0 : value;
+  return fmt::format("{:+.{}f}", shown, decimals);
+}
+
+}  // namespace
+
 std::string finish_sentence(const std::string& name, const Finish& finish) {
   const study::FinishedSurface& s = finish.surface;
-  std::string text = fmt::format(
-      "{}: finished surface {:.0f} mm2, {:+.3f} mm from the plan on average, {:+.3f} to "
-      "{:+.3f} mm",
-      name, s.area / units::mm2, s.mean / units::mm, s.lowest / units::mm, s.highest / units::mm);
+  std::string text =
+      fmt::format("{}: finished surface {:.0f} mm2, {} mm from the plan on average, {} to {} mm",
+                  name, s.area / units::mm2, with_sign(s.mean / units::mm, 3),
+                  with_sign(s.lowest / units::mm, 3), with_sign(s.highest / units::mm, 3));
   if (finish.report.contains("plane")) {
     const Json& plane = finish.report.at("plane");
-    text += fmt::format(", flat to {:.3f} mm, V/V {:+.2f} deg, F/E {:+.2f} deg",
-                        s.fit->flatness / units::mm, plane.at("varus_valgus_deg").get<double>(),
-                        plane.at("flexion_extension_deg").get<double>());
+    text += fmt::format(", flat to {:.3f} mm, V/V {} deg, F/E {} deg", s.fit->flatness / units::mm,
+                        with_sign(plane.at("varus_valgus_deg").get<double>(), 2),
+                        with_sign(plane.at("flexion_extension_deg").get<double>(), 2));
   }
   if (s.along.lengths > 0 && s.across.lengths > 0)
     text += fmt::format("; Ra {:.1f} um along the feed, {:.1f} um across, Rz {:.0f} and {:.0f} um",

@@ -100,6 +100,11 @@ control::ModelPredictive law_of(const SimulateCase& input, const Fresh& fresh,
   return {law, forecast};
 }
 
+void tell(const RunOptions& how, std::string text, SimulatedRun& run) {
+  if (how.warn) how.warn(text);
+  run.warnings.push_back(std::move(text));
+}
+
 /// `stock`: the workpiece again, where there is one to be kept in checkpoints.
 void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const Progress& progress,
           const RunOptions& how, SimulatedRun& run) {
@@ -145,9 +150,11 @@ void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const
   }
   if (kept) kept->save();
   if (input.robot && !how.make) {
-    run.warnings.push_back(input.name +
-                           ": [robot] moves the tool with --plant linuxcnc; here the tool is where "
-                           "its path has it");
+    tell(how,
+         input.name +
+             ": [robot] moves the tool with --plant linuxcnc; here the tool is where its "
+             "path has it",
+         run);
   }
   run.steps = milling.steps();
   if (made.finish) made.finish(run);
@@ -155,10 +162,11 @@ void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const
   run.material_key = workpiece.material_key();
   run.material_unit = workpiece.material_unit();
   if (run.summary.status == simulate::Status::stalled) {
-    run.warnings.push_back(
-        fmt::format("{}: the controller asked for no feed any more at {:.1f} mm along the path; a "
-                    "limits.min_feed_mm_per_s above 0 keeps it moving",
-                    input.name, run.steps.back().position / units::mm));
+    tell(how,
+         fmt::format("{}: the controller asked for no feed any more at {:.1f} mm along the path; a "
+                     "limits.min_feed_mm_per_s above 0 keeps it moving",
+                     input.name, run.steps.back().position / units::mm),
+         run);
   }
 }
 
@@ -199,72 +207,83 @@ StockSetup set_up(const MadeStock& made, const Progress& progress, SimulateCase&
 }
 
 /// When the bone that stays got hotter than the limit, and what could not help it.
-void warn_of_limit(double limit, SimulatedRun& run) {
+void warn_of_limit(double limit, const RunOptions& how, SimulatedRun& run) {
   double hottest = 0.0, first = -1.0;
   for (const simulate::Step& step : run.steps) {
     hottest = std::max(hottest, step.temperature);
     if (first < 0.0 && step.temperature > limit) first = step.time;
   }
   if (first < 0.0) return;
-  run.warnings.push_back(fmt::format(
-      "{}: bone that stays reached {:.0f} °C, above limits.temperature_c = {:g} from {:.2f} s on: "
-      "no feed{} within the other limits keeps it; a larger force or feed limit, a slower spindle "
-      "or irrigation would",
-      run.input.name, hottest - thermal::kZeroCelsius, limit - thermal::kZeroCelsius, first,
-      run.input.machine.spindle ? " and no speed of the spindle" : ""));
+  tell(how,
+       fmt::format(
+           "{}: bone that stays reached {:.0f} °C, above limits.temperature_c = {:g} from {:.2f} s "
+           "on: no feed{} within the other limits keeps it; a larger force or feed limit, a slower "
+           "spindle or irrigation would",
+           run.input.name, hottest - thermal::kZeroCelsius, limit - thermal::kZeroCelsius, first,
+           run.input.machine.spindle ? " and no speed of the spindle" : ""),
+       run);
 }
 
 void mill_stock(const MadeStock& made, const Progress& progress, const RunOptions& how,
                 SimulatedRun& run) {
   SimulateCase& input = run.input;
-  StockSetup setup = set_up(made, progress, input);
-  const MadeRegions& regions = setup.regions;
-  MadePath& path = setup.path;
-  simulate::StockWorkpiece workpiece(*made.stock, std::move(setup.job));
-  run.before = made.stock;
-  run.warnings = caveats_of(input.cutter, input.bone);
+  // What is known of the bone is said before anything can fail.
+  for (std::string& caveat : caveats_of(input.cutter, input.bone))
+    tell(how, std::move(caveat), run);
   const bone::ForceDensityLaw& by_density = input.bone.density;
   if (follows_density(input.stock)) {
-    run.warnings.push_back(fmt::format(
-        "the force follows the local density as (density / {:g} kg/m3)^{:g}: an assumption, as "
-        "compressive strength does; no measured law of cutting force against density was found",
-        by_density.reference.value, by_density.exponent.value));
+    tell(how,
+         fmt::format("the force follows the local density as (density / {:g} kg/m3)^{:g}: an "
+                     "assumption, as compressive strength does; no measured law of cutting force "
+                     "against density was found",
+                     by_density.reference.value, by_density.exponent.value),
+         run);
   }
   const cutting::RunOut& run_out = input.cutter.cutter.run_out;
   if (run_out.offset != 0.0 || run_out.tilt != 0.0) {
-    run.warnings.emplace_back(
-        "the run-out of the cutter counts in the forces only: bone is removed as if it ran true");
+    tell(how,
+         "the run-out of the cutter counts in the forces only: bone is removed as if it ran true",
+         run);
   }
-  run.warnings.insert(run.warnings.end(), made.remarks.begin(), made.remarks.end());
-  run.warnings.insert(run.warnings.end(), regions.remarks.begin(), regions.remarks.end());
+  for (const std::string& remark : made.remarks) tell(how, remark, run);
+  if (input.heat) {
+    tell(how,
+         "heat: shear strain, friction and rubbing shares, the least chip, and the conductivity "
+         "between cancellous and cortical bone are assumed; rubbing counts apart where the law has "
+         "an edge force",
+         run);
+    if (input.heat->spacing > kHotLayer)
+      tell(how,
+           fmt::format("heat: cells of {:g} mm are wider than the layer that is hot in the first "
+                       "second, about {:g} mm: the hottest bone and the depth of necrosis come out "
+                       "low; give heat.spacing_mm = {:g} or less",
+                       input.heat->spacing / units::mm, kHotLayer / units::mm,
+                       kHotLayer / units::mm),
+           run);
+  }
+  StockSetup setup = set_up(made, progress, input);
+  const MadeRegions& regions = setup.regions;
+  MadePath& path = setup.path;
+  for (const std::string& remark : regions.remarks) tell(how, remark, run);
+  simulate::StockWorkpiece workpiece(*made.stock, std::move(setup.job));
+  run.before = made.stock;
   run.stock = made.report;
   run.path_report = std::move(path.report);
   run.path = std::move(path.path);
   for (const workpiece::NoGo& region : regions.no_go) run.no_go.push_back(region.surface_W);
-  if (input.heat) {
-    run.warnings.push_back(
-        "heat: shear strain, friction and rubbing shares, the least chip, and the conductivity "
-        "between "
-        "cancellous and cortical bone are assumed; rubbing counts apart where the law has an edge "
-        "force");
-    if (input.heat->spacing > kHotLayer)
-      run.warnings.push_back(fmt::format(
-          "heat: cells of {:g} mm are wider than the layer that is hot in the first second, about "
-          "{:g} mm: the hottest bone and the depth of necrosis come out low; give heat.spacing_mm "
-          "= "
-          "{:g} or less",
-          input.heat->spacing / units::mm, kHotLayer / units::mm, kHotLayer / units::mm));
-  }
   mill(workpiece, &workpiece, progress, how, run);
   if (workpiece.heat() != nullptr) {
     run.heat = workpiece.heat()->summary();
-    if (input.temperature_limit) warn_of_limit(*input.temperature_limit, run);
+    if (input.temperature_limit) warn_of_limit(*input.temperature_limit, how, run);
     const double hottest = run.heat->hottest - thermal::kZeroCelsius;
     if (hottest > thermal::kBoilingCelsius) {
-      run.warnings.push_back(fmt::format(
-          "{}: heat: bone at {:.0f} °C; the water in it would boil, which is not in the model: "
-          "above 100 °C the temperatures are too high, and the dose counts as at 100 °C",
-          input.name, hottest));
+      tell(
+          how,
+          fmt::format(
+              "{}: heat: bone at {:.0f} °C; the water in it would boil, which is not in the "
+              "model: above 100 °C the temperatures are too high, and the dose counts as at 100 °C",
+              input.name, hottest),
+          run);
     }
   }
   run.after = std::make_shared<const workpiece::Stock>(workpiece.stock());

@@ -45,6 +45,8 @@ struct RunOptions {
   // Of the simulated plant; one of `make` has its own. None: nobody is told.
   std::function<void(std::span<const netft::Sample>)> on_samples = {};
   std::function<void(const control::LoopEvent&)> on_event = {};
+  /// Told every warning as soon as it is known. None: they are in the runs only.
+  std::function<void(const std::string&)> warn = {};
   /// Keeps the state of simulated runs on disk; not of line profiles, which take no time.
   std::optional<CheckpointOptions> checkpoint = {};
 };

@@ -71,9 +71,7 @@ Summary summarise(const std::vector<Step>& steps, int lines, Status status) {
   bool inside = false;
   double start = 0.0;
   for (const Step& step : steps) {
-    if (step.time > whole.first && start <= whole.last && !step.rapid) {
-      summary.max_feed = std::max(summary.max_feed, step.feed);
-    }
+    if (step.samples_in_contact > 0) summary.max_feed = std::max(summary.max_feed, step.feed);
     const bool saturated = step.saturated && step.samples_in_contact > 0;
     if (saturated && !inside) intervals.push_back({start - whole.first, 0.0});
     if (saturated) intervals.back()[1] = step.time - whole.first;

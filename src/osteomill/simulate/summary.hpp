@@ -28,7 +28,7 @@ struct Summary {
   double peak_force = 0.0;        ///< N
   double time_above_limit = 0.0;  ///< s
   double removed_volume = 0.0;    ///< m³
-  double max_feed = 0.0;          ///< first contact to last exit but for rapid moves, m/s
+  double max_feed = 0.0;          ///< in contact, m/s
   double feed_work = 0.0;         ///< J
   double spindle_work = 0.0;      ///< J
   /// In contact with the command at the largest feed, s; see kShortestInterval.
