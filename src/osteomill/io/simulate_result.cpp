@@ -94,7 +94,8 @@ Json document_of(const SimulatedRun& run) {
                         {"damaged_depth_mm", heat.by_dose.depth / units::mm},
                         {"beyond_47c_60s", json_of(heat.by_47c_60s)},
                         {"beyond_50c_30s", json_of(heat.by_50c_30s)},
-                        {"heat_in_bone_j", heat.heat_in_bone}};
+                        {"heat_in_bone_j", heat.heat_in_bone},
+                        {"unplaced_heat_j", heat.unplaced_heat}};
   }
   if (const auto limits = limited_by(run); !limits.empty()) {
     Json& times = document["limited_by_s"] = Json::object();

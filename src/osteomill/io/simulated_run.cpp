@@ -252,6 +252,11 @@ void mill_stock(const MadeStock& made, const Progress& progress, const RunOption
          "between cancellous and cortical bone are assumed; rubbing counts apart where the law has "
          "an edge force",
          run);
+    if (input.cutter.cutter.shape != cutting::CutterShape::ball)
+      tell(how,
+           "heat: the flat end of a cutter heats nothing here: a floor that it mills is warmed by "
+           "conduction from the walls only",
+           run);
     if (input.heat->spacing > kHotLayer)
       tell(how,
            fmt::format("heat: cells of {:g} mm are wider than the layer that is hot in the first "

@@ -18,6 +18,7 @@ namespace {
 
 using geometry::Vector3;
 constexpr double kMostCells = 2e7;
+constexpr double kBone = 0.5;                               // of a cell that is bone
 constexpr double kDoseFrom = thermal::kZeroCelsius + 39.0;  // below, 1/256 of a minute a minute
 
 /// How far up its axis a tool can meet the grid.
@@ -112,8 +113,8 @@ thermal::HeatField field_over(const workpiece::Stock& stock, const Cells& cells,
       cells.shape,
       [&](int x, int y, int z) {
         const Content content = content_of(stock, cells.first, cells.factor, x, y, z);
-        return content.share >= 0.5 ? thermal_material(content.density)
-                                    : thermal::ThermalMaterial{};
+        return content.share >= kBone ? thermal_material(content.density)
+                                      : thermal::ThermalMaterial{};
       },
       options);
 }
@@ -177,7 +178,7 @@ void BoneHeat::watch(const workpiece::Stock& left) {
   for (int z = 0; z < shape.size[2]; ++z)
     for (int y = 0; y < shape.size[1]; ++y)
       for (int x = 0; x < shape.size[0]; ++x)
-        stays_.push_back(share_of_bone(left, x, y, z) >= 0.5 ? 1 : 0);
+        stays_.push_back(share_of_bone(left, x, y, z) >= kBone ? 1 : 0);
 }
 
 double BoneHeat::share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const {
@@ -208,7 +209,7 @@ void BoneHeat::take_away(const workpiece::Stock& stock, const Vector3& tip_W,
         const Vector3 p = shape.centre(x, y, z) - tip_W;
         const double up = axis_W.dot(p);
         if (p.squaredNorm() - up * up > reach_sq) continue;
-        if (!field_.is_bone(x, y, z) || share_of_bone(stock, x, y, z) >= 0.5) continue;
+        if (!field_.is_bone(x, y, z) || share_of_bone(stock, x, y, z) >= kBone) continue;
         field_.remove(x, y, z);
         cut_cells_.push_back({x, y, z});
       }
@@ -230,39 +231,55 @@ void BoneHeat::make_patches(const cutting::Engagement& engagement) {
     }
 }
 
-void BoneHeat::put_in(const Vector3& tip_W, const Eigen::Matrix3d& R_WT,
-                      std::span<const thermal::PatchCut> patches) {
+/// The cell that a patch heats, half a cell or so into what is left, and the part of its heat that
+/// goes there: all of it where that is bone; where less than half of it is, what there is of it,
+/// into the nearest cell of bone beside.
+BoneHeat::Heated BoneHeat::beside(const workpiece::Stock& stock, const Vector3& patch_W,
+                                  const Vector3& n_W) const {
   const geometry::GridShape& shape = field_.shape();
-  double unplaced = 0.0;
-  placed_.clear();
+  const auto in_cells = [&](double depth) -> Vector3 {
+    return (patch_W + depth * shape.spacing.x() * n_W - shape.origin).cwiseQuotient(shape.spacing);
+  };
+  const auto is_bone = [&](const Cell& c) {
+    return shape.contains(c[0], c[1], c[2]) && field_.is_bone(c[0], c[1], c[2]);
+  };
+  const auto cell_at = [](const Vector3& p) -> Cell {
+    return {static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())),
+            static_cast<int>(std::lround(p.z()))};
+  };
+  for (const double depth : {0.5, 1.0, 1.5})
+    if (const Cell c = cell_at(in_cells(depth)); is_bone(c)) return {c, 1.0};
+  const Vector3 p = in_cells(0.5);
+  const Cell middle = cell_at(p), here = cell_at(in_cells(0.0));
+  double share = 0.0;
+  for (const Cell& c : {here, middle})
+    if (shape.contains(c[0], c[1], c[2]))
+      share = std::max(share, share_of_bone(stock, c[0], c[1], c[2]));
+  if (share == 0.0) return {};
+  Heated nearest;
+  double least_sq = std::numeric_limits<double>::infinity();
+  for (int k = -1; k <= 1; ++k)
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i) {
+        const Cell c{middle[0] + i, middle[1] + j, middle[2] + k};
+        const double sq = (Vector3(c[0], c[1], c[2]) - p).squaredNorm();
+        if (sq >= least_sq || !is_bone(c)) continue;
+        nearest = {c, std::min(1.0, share / kBone)};
+        least_sq = sq;
+      }
+  return nearest;
+}
+
+void BoneHeat::put_in(const workpiece::Stock& stock, const Vector3& tip_W,
+                      const Eigen::Matrix3d& R_WT, std::span<const thermal::PatchCut> patches) {
   for (std::size_t at = 0; at < patches.size(); ++at) {
     if (!(patches[at].work > 0.0)) continue;
     const double heat = thermal::shares_of_patch(patches[at], options_.partition).bone;
     const Patch& patch = patches_[at];
-    // The bone beside the patch: half a cell or so into what is left.
-    bool found = false;
-    for (const double depth : {0.5, 1.0, 1.5}) {
-      const Vector3 p_W = tip_W + R_WT * (patch.p_T + depth * shape.spacing.x() * patch.n_T);
-      const Vector3 cell = (p_W - shape.origin).cwiseQuotient(shape.spacing).array().round();
-      const std::array<int, 3> c{static_cast<int>(cell.x()), static_cast<int>(cell.y()),
-                                 static_cast<int>(cell.z())};
-      if (!shape.contains(c[0], c[1], c[2]) || !field_.is_bone(c[0], c[1], c[2])) continue;
-      placed_.push_back({c, heat});
-      found = true;
-      break;
-    }
-    if (!found) unplaced += heat;
+    const Heated to = beside(stock, tip_W + R_WT * patch.p_T, R_WT * patch.n_T);
+    if (to.part > 0.0) field_.add_heat(to.cell[0], to.cell[1], to.cell[2], to.part * heat);
+    unplaced_heat_ += (1.0 - to.part) * heat;
   }
-  // Heat of patches over air, at the bone's edge, goes to the others in proportion.
-  double sum = 0.0;
-  for (const Placed& part : placed_) sum += part.heat;
-  if (!(sum > 0.0)) {
-    unplaced_heat_ += unplaced;
-    return;
-  }
-  const double more = 1.0 + unplaced / sum;
-  for (const Placed& part : placed_)
-    field_.add_heat(part.cell[0], part.cell[1], part.cell[2], more * part.heat);
 }
 
 void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W,
@@ -270,7 +287,7 @@ void BoneHeat::advance(const workpiece::Stock& stock, const Vector3& tip_W,
                        std::span<const thermal::PatchCut> patches, double time) {
   if (patches_.empty()) make_patches(grid);
   take_away(stock, tip_W, R_WT.col(2));
-  put_in(tip_W, R_WT, patches);
+  put_in(stock, tip_W, R_WT, patches);
   rest(time);
 }
 

@@ -29,14 +29,15 @@ struct Damage {
 
 /// What heat did to the bone; temperatures in K.
 struct BoneHeatSummary {
-  double hottest = 0.0;        ///< of any bone at any time, what was cut later included
-  double hottest_left = 0.0;   ///< of the bone that is left, at any time
-  double largest_dose = 0.0;   ///< of the bone that is left, equivalent minutes at 43 °C
-  Damage by_dose;              ///< kBoneDamageCem43
-  Damage by_47c_60s;           ///< the same by 47 °C for 60 s
-  Damage by_50c_30s;           ///< and by 50 °C for 30 s
-  double heat_in_bone = 0.0;   ///< put into bone, J
-  double unplaced_heat = 0.0;  ///< that found no bone beside the cutter, J
+  double hottest = 0.0;       ///< of any bone at any time, what was cut later included
+  double hottest_left = 0.0;  ///< of the bone that is left, at any time
+  double largest_dose = 0.0;  ///< of the bone that is left, equivalent minutes at 43 °C
+  Damage by_dose;             ///< kBoneDamageCem43
+  Damage by_47c_60s;          ///< the same by 47 °C for 60 s
+  Damage by_50c_30s;          ///< and by 50 °C for 30 s
+  double heat_in_bone = 0.0;  ///< put into bone, J
+  double unplaced_heat =
+      0.0;  ///< of patches with no bone left beside them, J: it goes with the chips
 };
 
 /// The temperature of a stock while it is milled, on cells of several voxels around the path.
@@ -79,8 +80,15 @@ class BoneHeat {
   };
   void take_away(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
                  const geometry::Vector3& axis_W);
-  void put_in(const geometry::Vector3& tip_W, const Eigen::Matrix3d& R_WT,
-              std::span<const thermal::PatchCut> patches);
+  using Cell = std::array<int, 3>;
+  struct Heated {
+    Cell cell{};
+    double part = 0.0;  ///< of a patch's heat
+  };
+  Heated beside(const workpiece::Stock& stock, const geometry::Vector3& patch_W,
+                const geometry::Vector3& n_W) const;
+  void put_in(const workpiece::Stock& stock, const geometry::Vector3& tip_W,
+              const Eigen::Matrix3d& R_WT, std::span<const thermal::PatchCut> patches);
   void make_patches(const cutting::Engagement& engagement);
   double share_of_bone(const workpiece::Stock& stock, int x, int y, int z) const;
   Damage beyond(const std::vector<float>& values, double limit) const;
@@ -91,11 +99,6 @@ class BoneHeat {
   std::array<int, 3> first_voxel_{};  ///< of the stock, in cell (0, 0, 0)
   thermal::HeatField field_;
   std::vector<Patch> patches_;
-  struct Placed {
-    std::array<int, 3> cell;
-    double heat;
-  };
-  std::vector<Placed> placed_;              ///< of one step; keeps its memory
   std::vector<float> peak_;                 ///< K
   std::vector<float> dose_;                 ///< minutes
   std::vector<char> stays_;                 ///< of each cell: it will not be cut; empty: not known

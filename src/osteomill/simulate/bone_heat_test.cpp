@@ -70,7 +70,8 @@ TEST(BoneHeat, PutsTheShareOfTheBoneIntoBoneAndLosesNothing) {
   const double chip = thermal::chip_share(thermal::kCorticalBone.diffusivity(), 2.0, 3.0, 30e-6);
   const double expected = 20.0 * (13.5 / 4.0) * 0.75 * (1.0 - chip);
   // Contact begins and ends within a step of 1 % and half a voxel.
-  EXPECT_NEAR(dry.summary.heat_in_bone, expected, 0.03 * expected);
+  EXPECT_NEAR(dry.summary.heat_in_bone + dry.summary.unplaced_heat, expected, 0.03 * expected);
+  EXPECT_LT(dry.summary.unplaced_heat, 0.1 * expected) << "with the last chips only";
   EXPECT_GT(dry.left, 0.0);
   EXPECT_LT(dry.left, dry.summary.heat_in_bone) << "cut bone takes heat along";
 }

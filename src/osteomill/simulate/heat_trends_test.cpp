@@ -22,11 +22,13 @@ struct Cut {
   double speed_rpm = 10000.0;
   int teeth = 2;
   Mode mode = Mode::down;
+  bool through = true;  ///< or stops 4 mm before the end of the bone
 };
 
 struct Heated {
   double hottest_left = 0.0;  ///< rise of the wall that remains, K
   double in_bone = 0.0;       ///< J
+  double with_chips = 0.0;    ///< of patches beside no bone, J
   double work = 0.0;          ///< of the spindle, J
 };
 
@@ -52,6 +54,7 @@ Heated mill(const Cut& cut, const thermal::PartitionOptions& partition = {}) {
   Vector3 to(length + cutter.radius, from.y(), -depth);
   // Bone on the right of the feed: down-milling.
   if (cut.mode == Mode::up) std::swap(from, to);
+  if (!cut.through) to.x() += (cut.mode == Mode::up ? 1.0 : -1.0) * (cutter.radius + 4 * mm);
   const double speed = cut.speed_rpm * units::rpm;
   const workpiece::ToolPath path = workpiece::line(from, to, {cut.feed, speed});
   BoneHeatOptions options;
@@ -78,7 +81,19 @@ Heated mill(const Cut& cut, const thermal::PartitionOptions& partition = {}) {
   const BoneHeatSummary summary = heat.summary();
   result.hottest_left = summary.hottest_left - options.field.initial_temperature;
   result.in_bone = summary.heat_in_bone;
+  result.with_chips = summary.unplaced_heat;
   return result;
+}
+
+TEST(HeatTrends, WhereTheCutterLeavesTheBoneItIsNotMuchHotterThanBefore) {
+  // The last bone has a side less to conduct to, which could double its rise at most; it does not
+  // get the heat of patches that have nothing beside them any more.
+  for (const Mode mode : {Mode::down, Mode::up}) {
+    const Heated through = mill({.mode = mode}), before = mill({.mode = mode, .through = false});
+    EXPECT_LT(through.hottest_left, 1.5 * before.hottest_left);
+    EXPECT_GT(through.with_chips, 0.0);
+    EXPECT_LT(through.with_chips, 0.1 * through.in_bone);
+  }
 }
 
 TEST(HeatTrends, AHigherFeedIsCooler) {
