@@ -26,14 +26,20 @@ constexpr Colour kNoGoColour{0.30F, 0.55F, 0.62F};
 
 bool profiled(const SimulatedRun& run) { return run.input.stock.kind == StockKind::line_profile; }
 
-/// The path in bone, a line for each stretch between two of air.
+/// The path in bone, a line for each stretch between two of air. Its points are no closer than the
+/// line is thick but for the last: the ends of shorter pieces would show through one another.
 std::vector<PictureLine> lines_of(const SimulatedRun& run) {
+  constexpr double kRadius = 0.3 * units::mm;
   std::vector<PictureLine> lines;
-  bool in_bone = false;
-  for (const simulate::Step& step : run.steps) {
-    const bool was_in_bone = std::exchange(in_bone, step.samples_in_contact > 0);
-    if (!in_bone) continue;
-    if (!was_in_bone) lines.push_back({{}, {}, 0.3 * units::mm});
+  for (std::size_t i = 0; i < run.steps.size(); ++i) {
+    const auto in_bone = [&](std::size_t k) {
+      return k < run.steps.size() && run.steps[k].samples_in_contact > 0;
+    };
+    if (!in_bone(i)) continue;
+    const simulate::Step& step = run.steps[i];
+    const bool begins = i == 0 || !in_bone(i - 1), ends = !in_bone(i + 1);
+    if (begins) lines.push_back({{}, {}, kRadius});
+    if (!begins && !ends && (step.tip_W - lines.back().points.back()).norm() < kRadius) continue;
     lines.back().points.push_back(step.tip_W);
     lines.back().values.push_back(step.mean_force);
   }
