@@ -48,7 +48,13 @@ TEST(SimulatePicture, ASlotIsCutOpenAlongItsPath) {
   EXPECT_GT(std::abs(picture.camera.from.x()), 2.0 * std::abs(picture.camera.from.y()));
   // The gap in the contact is a gap in the line.
   ASSERT_EQ(picture.views[0].lines.size(), 2u);
-  EXPECT_EQ(picture.views[0].lines[0].points.size(), 30u);
+  const PictureLine& line = picture.views[0].lines[0];
+  EXPECT_DOUBLE_EQ(line.points.front().y(), 2.0 * mm);
+  EXPECT_DOUBLE_EQ(line.points.back().y(), 4.9 * mm);
+  EXPECT_EQ(line.points.size(), line.values.size());
+  // In between as far apart as the line is thick.
+  for (std::size_t i = 1; i + 1 < line.points.size(); ++i)
+    EXPECT_GE((line.points[i] - line.points[i - 1]).norm(), line.radius);
   EXPECT_EQ(picture.line_values->high, 8.0);
   EXPECT_EQ(picture.mesh_values->low, 600.0);
   EXPECT_EQ(picture.mesh_values->high, 1900.0);

@@ -377,9 +377,10 @@ LinePlot plot_of(const SimulatedRun& run) {
   // Room above the largest feed for the names of the intervals there.
   Panel feed{{"feed, mm/s", 0.0, 1.15 * run.input.controller.limits.highest / units::mm_per_s},
              {{"command", time, commands(run)}, {"feed", time, feeds(run)}}};
-  for (const auto& interval : run.summary.saturated_intervals) {
-    feed.intervals.push_back({interval[0], interval[1], "at its largest"});
-  }
+  // The name of an interval wants a tenth of the width.
+  const double named = time.empty() ? 0.0 : 0.1 * (time.back() - time.front());
+  for (const auto& [from, to] : run.summary.saturated_intervals)
+    feed.intervals.push_back({from, to, to - from > named ? "at its largest" : ""});
   Panel bone{{material.name + ", " + material.unit, 0.0}, {{"", time, materials(run)}}};
   bone.share_of_height = 0.6;
   plot.panels = {force, feed, bone};

@@ -105,6 +105,23 @@ void tell(const RunOptions& how, std::string text, SimulatedRun& run) {
   run.warnings.push_back(std::move(text));
 }
 
+/// Bone that goes under the flat end or at the shank, where the models have no edges.
+void warn_of_bone_without_force(const RunOptions& how, SimulatedRun& run) {
+  constexpr double kWorthSaying = 0.01;
+  double all = 0.0, without = 0.0;
+  for (const simulate::Step& step : run.steps) {
+    all += step.removed_volume;
+    if (step.mean_force == 0.0) without += step.removed_volume;
+  }
+  if (without <= kWorthSaying * all) return;
+  tell(how,
+       fmt::format("{}: {:.3g} mm³ of bone, {:.0f} % of what goes, go without force or heat: in a "
+                   "plunge under the flat end of the cutter, or at its shank, where no edge is "
+                   "modelled; plunge with a ball, or beside the bone",
+                   run.input.name, without / units::mm3, 100.0 * without / all),
+       run);
+}
+
 /// `stock`: the workpiece again, where there is one to be kept in checkpoints.
 void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const Progress& progress,
           const RunOptions& how, SimulatedRun& run) {
@@ -157,6 +174,7 @@ void mill(simulate::Workpiece& workpiece, simulate::StockWorkpiece* stock, const
          run);
   }
   run.steps = milling.steps();
+  warn_of_bone_without_force(how, run);
   if (made.finish) made.finish(run);
   run.summary = simulate::summarise(run.steps, workpiece.lines(), status_of(run.loop.end));
   run.material_key = workpiece.material_key();
