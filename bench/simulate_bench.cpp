@@ -34,12 +34,14 @@ Timed run(const std::string& example, const std::vector<std::string>& overrides,
   timed.wall = bench::best_time(runs, [&] {
     const std::clock_t begin = std::clock();
     timed.simulated = 0.0;
-    Saver saver;
+    timed.steps.clear();
+    Archive archive = Archive::saving([&](const void* from, std::size_t size) {
+      timed.steps.append(static_cast<const char*>(from), size);
+    });
     for (io::SimulatedRun& one : io::run_simulations(cases)) {
       timed.simulated += one.steps.back().time;
-      saver(one.steps);
+      archive(one.steps);
     }
-    timed.steps = saver.bytes();
     const double spent = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     timed.processor = std::min(timed.processor, spent);
   });

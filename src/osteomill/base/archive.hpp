@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
-#include <string>
-#include <string_view>
+#include <functional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "osteomill/base/error.hpp"
@@ -32,84 +31,56 @@ concept FixedRow = requires(T& value) {
 
 }  // namespace archive
 
-class Saver {
+class Archive {
  public:
+  /// Takes the bytes that lie there somewhere, or fills them from there.
+  using Pass = std::function<void(void* at, std::size_t size)>;
+
+  static Archive saving(Pass pass) { return Archive(std::move(pass), false, 0); }
+  /// `most`: bytes that there are; no vector can have more values.
+  static Archive loading(Pass pass, std::uint64_t most) {
+    return Archive(std::move(pass), true, most);
+  }
+
+  /// Passes every number of the values on. InvalidInput when a vector is longer than can be.
   template <class... T>
   void operator()(T&... values) {
-    (put(values), ...);
+    (one(values), ...);
   }
-  const std::string& bytes() const { return bytes_; }
 
  private:
-  void raw(const void* from, std::size_t size) {
-    bytes_.append(static_cast<const char*>(from), size);
-  }
+  Archive(Pass pass, bool loads, std::uint64_t most)
+      : pass_(std::move(pass)), loads_(loads), most_(most) {}
+
   template <class T>
-  void put(T& value) {
+  void one(T& value) {
     if constexpr (archive::FixedRow<T>) {
-      raw(value.data(), sizeof(*value.data()) * static_cast<std::size_t>(T::SizeAtCompileTime));
+      pass_(value.data(), sizeof(*value.data()) * static_cast<std::size_t>(T::SizeAtCompileTime));
     } else if constexpr (requires { value.exchange(*this); }) {
       value.exchange(*this);
     } else {
       static_assert(archive::is_plain<T>, "give it an exchange()");
-      raw(&value, sizeof value);
+      pass_(&value, sizeof value);
     }
   }
   template <class T, class Allocator>
-  void put(std::vector<T, Allocator>& values) {
-    const std::uint64_t count = values.size();
-    raw(&count, sizeof count);
+  void one(std::vector<T, Allocator>& values) {
+    std::uint64_t count = values.size();
+    pass_(&count, sizeof count);
+    if (loads_ && count > most_)
+      throw InvalidInput(
+          Fault{"checkpoint", "of another form", "must be whole", "start without it"});
+    if (loads_) values.resize(count);
     if constexpr (archive::is_plain<T>) {
-      raw(values.data(), values.size() * sizeof(T));
+      pass_(values.data(), values.size() * sizeof(T));
     } else {
-      for (T& value : values) put(value);
+      for (T& value : values) one(value);
     }
   }
-  std::string bytes_;
-};
 
-class Loader {
- public:
-  explicit Loader(std::string_view bytes) : left_(bytes) {}
-  template <class... T>
-  void operator()(T&... values) {
-    (take(values), ...);
-  }
-  bool at_end() const { return left_.empty(); }
-
- private:
-  /// Throws InvalidInput when the bytes end early.
-  void raw(void* to, std::size_t size) {
-    if (size > left_.size())
-      throw InvalidInput(Fault{"checkpoint", "ends early", "must be whole", "start without it"});
-    std::memcpy(to, left_.data(), size);
-    left_.remove_prefix(size);
-  }
-  template <class T>
-  void take(T& value) {
-    if constexpr (archive::FixedRow<T>) {
-      raw(value.data(), sizeof(*value.data()) * static_cast<std::size_t>(T::SizeAtCompileTime));
-    } else if constexpr (requires { value.exchange(*this); }) {
-      value.exchange(*this);
-    } else {
-      static_assert(archive::is_plain<T>, "give it an exchange()");
-      raw(&value, sizeof value);
-    }
-  }
-  template <class T, class Allocator>
-  void take(std::vector<T, Allocator>& values) {
-    std::uint64_t count = 0;
-    raw(&count, sizeof count);
-    if (count > left_.size())
-      throw InvalidInput(Fault{"checkpoint", "ends early", "must be whole", "start without it"});
-    values.resize(count);
-    if constexpr (archive::is_plain<T>) {
-      raw(values.data(), values.size() * sizeof(T));
-    } else {
-      for (T& value : values) take(value);
-    }
-  }
-  std::string_view left_;
+  Pass pass_;
+  bool loads_;
+  std::uint64_t most_;
 };
 
 }  // namespace osteomill

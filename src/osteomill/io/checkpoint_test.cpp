@@ -51,11 +51,13 @@ RunOptions how(const CheckpointOptions& checkpoint) {
 
 /// Every number of the result, as it lies in memory.
 std::string bits(const SimulatedRun& run) {
-  Saver saver;
+  std::string bytes;
   std::vector<simulate::Step> steps = run.steps;
   workpiece::Stock after = *run.after;
-  saver(steps, after);
-  return saver.bytes() + document_of({run}, 0.0).dump();
+  Archive::saving([&](const void* from, std::size_t size) {
+    bytes.append(static_cast<const char*>(from), size);
+  })(steps, after);
+  return bytes + document_of({run}, 0.0).dump();
 }
 
 fs::path fresh(const std::string& name) {
