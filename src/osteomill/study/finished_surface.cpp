@@ -12,8 +12,9 @@ namespace osteomill::study {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-// Walls of levels and of the rim are no finished surface: within 45° of the normal.
-const double kFacing = std::sqrt(0.5);
+// Walls of levels and of the rim are no finished surface: within 60° of the normal, so that the
+// usual chamfers of 45° are.
+constexpr double kFacing = 0.5;
 // Ridges lower than that are the grain of the voxels, in cells.
 constexpr double kGrain = 0.005;
 constexpr double kRidgeCells = 7.0;  // from ridge to ridge: three on each side, and its own
