@@ -222,6 +222,18 @@ void ShadowMap::compute_stencil() {
   arms_.assign(engagement_.weights.size(), Vector3::Zero());
   std::fill(engagement_.weights.begin(), engagement_.weights.end(), 0.0);
   std::vector<std::pair<int, float>> patch;  // cells and weights
+  struct Around {
+    double sine, cosine;
+  };
+  std::vector<Around> around;  // of the samples of all patches of a slice
+  for (int k = 0; k < patches_.angles * per_angle; ++k) {
+    const double theta = (k + 0.5) / per_angle * angle_step;
+    around.push_back({std::sin(theta), std::cos(theta)});
+  }
+  struct Height {
+    double above_middle, radius, sin_kappa, cos_kappa;
+  };
+  std::vector<Height> heights;
   for (int slice = 0; slice < patches_.slices; ++slice) {
     Front used{rows_, -1, 0, 0};
     // Next to the tip of a ball a slice is much longer than it is high.
@@ -229,27 +241,28 @@ void ShadowMap::compute_stencil() {
     const int per_slice = samples_over(std::hypot(
         slice_height_, cutting::radius_at(cutter_, high) - cutting::radius_at(cutter_, low)));
     const double share = 1.0 / (per_slice * per_angle);
+    heights.clear();
+    for (int i = 0; i < per_slice; ++i) {
+      const double z = (slice + (i + 0.5) / per_slice) * slice_height_;
+      const double kappa = cutting::axial_position_angle(cutter_, z);
+      heights.push_back(
+          {z - middle_height_, cutting::radius_at(cutter_, z), std::sin(kappa), std::cos(kappa)});
+    }
     for (int angle = 0; angle < patches_.angles; ++angle) {
       patch.clear();
       double front = 0.0, covered = 0.0, swept = 0.0;
       Vector3 arm = Vector3::Zero();
-      for (int i = 0; i < per_slice; ++i) {
-        const double z = (slice + (i + 0.5) / per_slice) * slice_height_;
-        const double r = cutting::radius_at(cutter_, z);
-        const double kappa = cutting::axial_position_angle(cutter_, z);
+      for (const Height& at_z : heights) {
+        const double r = at_z.radius, z = at_z.above_middle;
         for (int k = 0; k < per_angle; ++k) {
-          const double theta = (angle + (k + 0.5) / per_angle) * angle_step;
-          const double facing =
-              std::sin(kappa) * std::sin(theta) * cos_pitch_ + std::cos(kappa) * sin_pitch_;
+          const auto [sine, cosine] = around[static_cast<std::size_t>(angle * per_angle + k)];
+          const double facing = at_z.sin_kappa * sine * cos_pitch_ + at_z.cos_kappa * sin_pitch_;
           if (facing <= 1e-12) continue;
           front += share;
           swept += facing;
-          const Vector3 n(std::sin(kappa) * std::sin(theta), std::sin(kappa) * std::cos(theta),
-                          -std::cos(kappa));
-          arm += Vector3(r * std::sin(theta), r * std::cos(theta), z - middle_height_).cross(n);
-          const double a = r * std::cos(theta) - lateral_origin_;
-          const double b =
-              r * std::sin(theta) * sin_pitch_ + (z - middle_height_) * cos_pitch_ - eta_origin_;
+          arm += (r * at_z.cos_kappa + z * at_z.sin_kappa) * Vector3(-cosine, sine, 0.0);
+          const double a = r * cosine - lateral_origin_;
+          const double b = r * sine * sin_pitch_ + z * cos_pitch_ - eta_origin_;
           const int column = std::clamp(static_cast<int>(std::floor(a)), 0, columns_ - 2);
           const int at = std::clamp(static_cast<int>(std::floor(b)), 0, rows_ - 2);
           for (int corner = 0; corner < 4; ++corner) {
