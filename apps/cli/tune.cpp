@@ -249,6 +249,8 @@ Shown show(const io::CaseRun& run) {
               .rows = rows_of(result),
               .sentences = sentences_of(result)};
   if (!result.tuning.runs.empty()) shown.tables = {simulated_of(result)};
+  shown.warnings = result.tuning.warnings;
+  shown.document["warnings"] = shown.warnings;
   shown.figures = {{"bode",
                     "Size and phase of the open loop at the corners of the range; the delay turns "
                     "the phase only",

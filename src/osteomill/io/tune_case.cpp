@@ -93,6 +93,36 @@ void find_reference(const TuneCase& input, const Progress& progress, Tuning& tun
   tuning.runs.insert(tuning.runs.end(), proposed.begin(), proposed.end());
 }
 
+void warn_of_other_bone(const TuneCase& input, Tuning& tuning) {
+  const simulate::LineProfile& bone = input.job.stock.profile;
+  constexpr double kStep = 0.1e-3;
+  // On the line with most of it.
+  double harder = 0.0, hardest = 0.0, softer = 0.0, softest = input.range.least_gain;
+  for (int line = 0; line < bone.lines; ++line) {
+    double hard = 0.0, soft = 0.0;
+    for (double x = 0.5 * kStep; x < bone.line_length; x += kStep) {
+      const double gain = simulate::gain_at(bone, line, x);
+      if (gain > input.range.largest_gain * (1.0 + 1e-9)) hard += kStep;
+      if (gain > 0.0 && gain < input.range.least_gain * (1.0 - 1e-9)) {
+        soft += kStep;
+        softest = std::min(softest, gain);
+      }
+      hardest = std::max(hardest, gain);
+    }
+    harder = std::max(harder, hard);
+    softer = std::max(softer, soft);
+  }
+  const auto warn = [&](double gain, double length, const char* side, const char* key) {
+    if (length == 0.0) return;
+    tuning.warnings.push_back(fmt::format(
+        "the bone of the case has {:.3g} N/(mm/s), {} tune.{}, on {:.1f} mm of a line: the margins "
+        "do not hold there; the simulated peaks count it",
+        gain * units::mm_per_s, side, key, length / units::mm));
+  };
+  warn(hardest, harder, "above", "largest_gain_n_per_mm_per_s");
+  warn(softest, softer, "below", "least_gain_n_per_mm_per_s");
+}
+
 }  // namespace
 
 void bind_tune(Section& section, TuneCase& to) {
@@ -164,7 +194,10 @@ Tuning tune(const TuneCase& input, const Progress& progress) {
     corner.critical_gain = corner.given_down.critical_loop_gain / plant.force_gain;
     tuning.corners.push_back(corner);
   }
-  if (input.job.stock.kind == StockKind::line_profile) find_reference(input, progress, tuning);
+  if (input.job.stock.kind == StockKind::line_profile) {
+    warn_of_other_bone(input, tuning);
+    find_reference(input, progress, tuning);
+  }
   return tuning;
 }
 

@@ -45,6 +45,8 @@ struct Tuning {
   double bare_critical_loop_gain = 0.0;
   std::vector<TunedCorner> corners;
   std::vector<TunedRun> runs;  ///< as given and as proposed, on a line profile; else none
+  /// Where the bone of a line profile is none of the range, for which the margins hold.
+  std::vector<std::string> warnings;
 };
 
 /// Gains from the margins; reference force and entry feed from the bone of the case where it is a

@@ -35,6 +35,17 @@ TEST(Tune, ItsProposalKeepsTheHardZoneBelowTheLimitAndItsMarginsAtEveryCorner) {
   EXPECT_GT(tuning.proposed.reference_force, 5.0);
 }
 
+TEST(Tune, SaysWhereTheBoneIsNoneOfTheRange) {
+  const Tuning tuning = tune(read({"tune.delay_updates=[1, 1]"}));
+  ASSERT_EQ(tuning.warnings.size(), 1u);
+  EXPECT_THAT(tuning.warnings[0], testing::HasSubstr("14.3 N/(mm/s), above tune.largest_gain"));
+  EXPECT_THAT(tuning.warnings[0], testing::HasSubstr("on 1.2 mm"));
+  const Tuning soft = tune(read({"tune.delay_updates=[1, 1]", "tune.least_gain_n_per_mm_per_s=1",
+                                 "tune.largest_gain_n_per_mm_per_s=15"}));
+  ASSERT_EQ(soft.warnings.size(), 1u);
+  EXPECT_THAT(soft.warnings[0], testing::HasSubstr("0.62 N/(mm/s), below tune.least_gain"));
+}
+
 TEST(Tune, RefusesWhatItCannotTune) {
   const auto refusal = [](const std::vector<std::string>& changes) -> std::string {
     try {
