@@ -263,7 +263,8 @@ void Remover::move(const ToolPose& from, const ToolPose& to, Totals& cut, Totals
     step.turn = from.axis_W.cross(to.axis_W).normalized() * (turn / length);
   }
   step.length = length;
-  middle_share_ = length / (to.tip_W - from.tip_W).norm();
+  const double tip_way = (to.tip_W - from.tip_W).norm();
+  middle_share_ = tip_way > 0.0 ? length / tip_way : 0.0;
   // With one material the map is filled in units, otherwise in units × force scale.
   const double scale = stock_.palette_.size() == 1 ? stock_.palette_[0].force_scale : 1.0;
   step.unit = scale / Stock::kFull;

@@ -56,7 +56,7 @@ class Remover {
   /// Axes of T in W at the last step, columns x (the feed across the axis), y, z (the axis).
   Eigen::Matrix3d R_WT() const;
   /// How the tool moved in the last step: the feed is that of the tool's middle (see ShadowMap),
-  /// `share` of the tip's way, and the tool turned about it.
+  /// `share` of the tip's way (0 where that stood still), and the tool turned about it.
   struct Motion {
     double share = 1.0;
     double elevation = 0.0;            ///< of the feed over the plane across the axis, rad
